@@ -10,11 +10,12 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`]). [`pairs`] finds the pairs near enough to be measured. Nothing here has a history; the engine
-//! stores the damping of each contact.
+//! centre ([`law`]). [`pairs`] finds the pairs near enough to be measured, and [`neighbours`] keeps them while bodies
+//! move little. No result here depends on earlier ones; the engine stores the damping of each contact.
 
 mod clip;
 pub mod law;
+pub mod neighbours;
 pub mod overlap;
 pub mod pairs;
 mod polyhedra;
@@ -28,8 +29,12 @@ mod tests;
 
 use crate::shape::Shape;
 pub use law::{PairLaw, PairProperties};
-pub use overlap::{Body, GrownShape, Overlap, intersects, intersects_wall, overlap, overlap_wall};
+pub use neighbours::{Neighbour, NeighbourList};
+pub use overlap::{
+    Body, GrownShape, Overlap, intersects, intersects_wall, overlap, overlap_again, overlap_wall,
+};
 pub use pairs::PairFinder;
+pub use polyhedra::Hint;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 #[cfg(test)]

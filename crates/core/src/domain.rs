@@ -52,6 +52,7 @@ impl Domain {
     }
 
     /// The shortest periodic image of a difference of two wrapped positions.
+    #[inline]
     pub fn nearest_image(&self, difference: Vec3) -> Vec3 {
         let size = self.size();
         Vec3::from_fn(|i, _| {

@@ -38,7 +38,8 @@ pub struct Costs {
     pub nanoseconds_per_fluid_cell: Option<f64>,
     /// What particles add to the stages `map`, `fluid` and `loads`, over the covered cells.
     pub nanoseconds_per_covered_cell: Option<f64>,
-    /// Time of the stage `dem` over the contacts.
+    /// Time of the stage `dem` over the contacts; `None` if these are fewer than the particles, whose motion and search for
+    /// neighbours then take most of it.
     pub nanoseconds_per_contact: Option<f64>,
     /// Part of the streaming bandwidth that populations, solid fractions of cut cells and segments use, median of the pairs.
     pub roofline_fraction_with_particles: Option<f64>,
@@ -77,16 +78,26 @@ impl Costs {
             nanoseconds_per_fluid_cell: fluid_only_mlups.map(|mlups| 1e3 * ranks.len() as f64 / mlups),
             nanoseconds_per_covered_cell: over(1e9 * added, count(|rank| rank.covered_cells))
                 .filter(|_| is_coupled),
-            nanoseconds_per_contact: over(1e9 * dem, count(|rank| rank.contacts)),
+            nanoseconds_per_contact: per_contact(
+                1e9 * dem,
+                count(|rank| rank.contacts),
+                count(|rank| rank.particles),
+            ),
             roofline_fraction_with_particles: pairs(mlups, bandwidth).map(|ratio| ratio * bytes / 1e3),
         }
     }
+}
+
+/// Time of the motion of particles with contacts over the contacts, where there are enough to say something of them.
+fn per_contact(time: f64, contacts: f64, particles: f64) -> Option<f64> {
+    (contacts > 0.0 && contacts >= particles).then(|| time / contacts)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::tests::{CASE, report, setup};
     use super::super::{BenchOptions, bench};
+    use super::per_contact;
     use crate::case::from_text;
 
     #[test]
@@ -97,7 +108,8 @@ mod tests {
         assert!((0.0..1.0).contains(&costs.four_way_over_fluid_only.unwrap()), "{costs:?}");
         assert!((0.0..1.0).contains(&costs.dem_share.unwrap()), "{costs:?}");
         assert!(costs.nanoseconds_per_covered_cell.unwrap() > 0.0, "{costs:?}");
-        assert!(costs.nanoseconds_per_contact.unwrap() > 0.0, "{costs:?}");
+        let has_many = report.contacts >= report.particles;
+        assert_eq!(costs.nanoseconds_per_contact.is_some(), has_many, "{costs:?}");
         // A sphere of 6 cells: most of what it covers is cut.
         for rank in &report.by_rank {
             assert!((1..rank.covered_cells).contains(&rank.segments), "{rank:?}");
@@ -105,6 +117,13 @@ mod tests {
         }
         let with = costs.roofline_fraction_with_particles.unwrap() / report.roofline_fraction;
         assert!((1.01..1.2).contains(&with), "{with}");
+    }
+
+    #[test]
+    fn a_contact_has_a_cost_only_where_there_are_as_many_as_particles() {
+        assert_eq!(per_contact(1e6, 500.0, 500.0), Some(2000.0));
+        assert_eq!(per_contact(1e6, 499.0, 500.0), None);
+        assert_eq!(per_contact(0.0, 0.0, 0.0), None);
     }
 
     #[test]
@@ -125,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dry_case_has_the_cost_of_a_contact_alone() {
+    fn a_dry_case_has_at_most_the_cost_of_a_contact() {
         let (fluid, dry) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
         let text = CASE.replace(&CASE[fluid..dry], "[dry]\nimpact_speed = 0.3\nenlargement = 1e-4\n");
         let setup = from_text(&text.replace("enlargement = 0.5", ""), "dry", &["run.threads=1".to_string()]);
@@ -136,7 +155,8 @@ mod tests {
         let options = BenchOptions { steps: 2, warm_up: 16, no_contact: false, fluid_only: false };
         let report = bench(&setup, &options).unwrap();
         let costs = &report.costs;
-        assert!(report.contacts > 0 && costs.nanoseconds_per_contact.unwrap() > 0.0);
+        assert!(report.contacts > 0);
+        assert_eq!(costs.nanoseconds_per_contact.is_some(), report.contacts >= report.particles);
         assert!(costs.fluid_only_mlups_samples.is_empty());
         let none = [
             costs.fluid_only_mlups,

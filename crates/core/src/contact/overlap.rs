@@ -1,6 +1,7 @@
 //! Overlap: the intersection of two (enlarged) bodies.
 
 use super::clip::Plane;
+use super::polyhedra::Hint;
 use super::solid::Solid;
 use super::{Geometry, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
 use crate::math::{Mat3, Quat, Vec3};
@@ -97,7 +98,7 @@ impl Body<'_> {
     }
 
     /// Maps the body frame to the world frame.
-    pub(super) fn rotation(&self) -> Mat3 {
+    pub fn rotation(&self) -> Mat3 {
         self.orientation.to_rotation_matrix().into_inner()
     }
 }
@@ -127,7 +128,8 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
         Geometry::Sampled { samples } => samples,
         Geometry::Exact => match forms {
             (Form::Solid(a), Form::Solid(b)) => {
-                return polyhedra::overlap(a, &first.rotation(), b, &second.rotation(), offset);
+                let turns = [first.rotation(), second.rotation()];
+                return polyhedra::overlap(a, &turns[0], b, &turns[1], offset, &mut Hint::default());
             }
             (Form::Sphere(radius), Form::Solid(solid)) => {
                 return sphere_polyhedron::overlap(radius, solid, &second.rotation(), offset);
@@ -143,6 +145,25 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
     let least = COINCIDENT * first.grown.reach();
     let offset = if offset.norm() < least { Vec3::x() * least } else { offset };
     sampled::overlap(first, second, offset, samples)
+}
+
+/// The same, faster for polyhedra: the `rotations` of the bodies are those of their orientations, and the `hint` is that of an
+/// earlier call for this pair, or the default.
+pub fn overlap_again(
+    geometry: Geometry,
+    bodies: [&Body; 2],
+    rotations: [&Mat3; 2],
+    offset: Vec3,
+    hint: &mut Hint,
+) -> Option<Overlap> {
+    let [first, second] = bodies;
+    match (geometry, first.grown.solid(), second.grown.solid()) {
+        (Geometry::Exact, Some(a), Some(b)) if meet(first, second, offset) => {
+            polyhedra::overlap(a, rotations[0], b, rotations[1], offset, hint)
+        }
+        (Geometry::Exact, Some(_), Some(_)) => None,
+        _ => overlap(geometry, first, second, offset),
+    }
 }
 
 /// Returns true if two bodies overlap, as [`overlap()`] of the exact geometry finds, but faster and without a size.

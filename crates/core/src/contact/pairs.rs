@@ -60,6 +60,11 @@ impl PairFinder {
         }
     }
 
+    /// The box.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
     /// All `[i, j]`, `i < j`, in ascending order, with the nearest images of the centres at most
     /// `radii[i] + radii[j]` (m) apart.
     ///

@@ -18,6 +18,13 @@ use std::cell::RefCell;
 /// Faces this near to each other, in parts of the smaller reach, lie in one plane.
 const COPLANAR: f64 = 1e-10;
 
+/// Memory of a pair from one call to the next; it saves time, and no result depends on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hint {
+    /// Number of the plane that had one body on either side, those of the first body in front.
+    plane: u32,
+}
+
 /// Buffers of one contact after another.
 #[derive(Default)]
 struct Workshop {
@@ -26,6 +33,8 @@ struct Workshop {
     planes: Vec<Plane>,
     /// True where the clipped body reaches the plane (of the second body).
     reached: Vec<bool>,
+    /// True where the clipped body has a face in the plane.
+    present: Vec<bool>,
     weights: Vec<f64>,
 }
 
@@ -34,28 +43,36 @@ thread_local! {
 }
 
 /// Overlap of two polyhedra. Rotations map the body frames to the world frame; `offset` (m) leads from the centre of
-/// the first to that of the second.
+/// the first to that of the second. The `hint` is that of an earlier call for this pair, or the default.
 pub(super) fn overlap(
     first: &Solid,
     to_world: &Mat3,
     second: &Solid,
     second_to_world: &Mat3,
     offset: Vec3,
+    hint: &mut Hint,
 ) -> Option<Overlap> {
     // From here on in the frame of the first body.
     let turn = to_world.tr_mul(second_to_world);
-    let shift = to_world.tr_mul(&offset);
-    if separated(&first.planes, second, &turn, shift) {
+    let shift = turned_back(to_world, &offset);
+    let (over, back) = (turn.transpose(), turned_back(&turn, &-shift));
+    let own = first.planes.len();
+    if match (hint.plane as usize).checked_sub(own) {
+        None => separates(&first.planes[hint.plane as usize], second, &turn, shift),
+        Some(n) => second.planes.get(n).is_some_and(|plane| separates(plane, first, &over, back)),
+    } {
         return None;
     }
-    let back = turn.tr_mul(&-shift);
-    if separated(&second.planes, first, &turn.transpose(), back) {
+    let separating = separating(&first.planes, second, &turn, shift)
+        .or_else(|| separating(&second.planes, first, &over, back).map(|n| own + n));
+    if let Some(plane) = separating {
+        hint.plane = plane as u32;
         return None;
     }
     WORKSHOP.with_borrow_mut(|workshop| {
         workshop.clip(first, second, &turn, shift)?;
         let scale = COPLANAR * first.reach.min(second.reach);
-        workshop.share_coplanar_faces(first.planes.len(), scale);
+        workshop.share_coplanar_faces(own, scale);
         workshop.overlap(to_world, offset)
     })
 }
@@ -104,12 +121,40 @@ pub(super) fn overlap_plane(body: &Solid, to_world: &Mat3, wall: &Plane) -> Opti
     })
 }
 
-/// Returns true if one of the planes has the whole body, rotated and shifted, above it.
-fn separated(planes: &[Plane], body: &Solid, turn: &Mat3, shift: Vec3) -> bool {
-    planes.iter().any(|plane| {
-        let height = plane.height(&shift);
-        height > body.inner && height + body.lowest(&turn.tr_mul(&plane.normal)) >= 0.0
-    })
+/// Index of the first plane that has the whole body, rotated and shifted, above it.
+fn separating(planes: &[Plane], body: &Solid, turn: &Mat3, shift: Vec3) -> Option<usize> {
+    for (n, chunk) in planes.chunks(32).enumerate() {
+        // Few planes have the inscribed sphere above them, and which ones nobody can predict.
+        let mut candidates = (chunk.iter().enumerate())
+            .fold(0, |bits, (k, plane)| bits | u32::from(plane.height(&shift) > body.inner) << k);
+        while candidates != 0 {
+            let k = candidates.trailing_zeros() as usize;
+            if separates(&chunk[k], body, turn, shift) {
+                return Some(32 * n + k);
+            }
+            candidates &= candidates - 1;
+        }
+    }
+    None
+}
+
+/// Returns true if the whole body, rotated and shifted, is above a plane.
+#[inline]
+fn separates(plane: &Plane, body: &Solid, turn: &Mat3, shift: Vec3) -> bool {
+    let height = plane.height(&shift);
+    height > body.inner && height + body.lowest(&turned_back(turn, &plane.normal)) >= 0.0
+}
+
+/// `matrix * v`, written out: this is what pairs that miss spend their time on.
+#[inline]
+fn turned(matrix: &Mat3, v: &Vec3) -> Vec3 {
+    Vec3::from_fn(|i, _| matrix[(i, 0)] * v.x + matrix[(i, 1)] * v.y + matrix[(i, 2)] * v.z)
+}
+
+/// The same with the transpose.
+#[inline]
+fn turned_back(matrix: &Mat3, v: &Vec3) -> Vec3 {
+    Vec3::from_fn(|i, _| matrix[(0, i)] * v.x + matrix[(1, i)] * v.y + matrix[(2, i)] * v.z)
 }
 
 impl Workshop {
@@ -120,14 +165,14 @@ impl Workshop {
         self.planes.extend_from_slice(&first.planes);
         // The face that looks at the first body most takes most away: then there is less to do for the others.
         let mut facing = (f64::NEG_INFINITY, 0);
-        for plane in &second.planes {
-            let normal = turn * plane.normal;
+        self.planes.extend(second.planes.iter().enumerate().map(|(n, plane)| {
+            let normal = turned(turn, &plane.normal);
             let offset = plane.offset + normal.dot(&shift);
             if -offset > facing.0 {
-                facing = (-offset, self.planes.len());
+                facing = (-offset, own + n);
             }
-            self.planes.push(Plane { normal, offset });
-        }
+            Plane { normal, offset }
+        }));
         let scale = COPLANAR * first.reach.min(second.reach);
         self.reached.clear();
         self.reached.resize(self.planes.len(), false);
@@ -153,10 +198,13 @@ impl Workshop {
         self.weights.clear();
         self.weights.resize(own, 1.0);
         self.weights.resize(self.planes.len(), 0.0);
-        for other in (own..self.planes.len()).filter(|&n| self.reached[n]) {
-            let plane = self.planes[other];
-            for face in 0..own {
-                let here = &self.planes[face];
+        self.present.clear();
+        self.present.resize(self.planes.len(), false);
+        self.clipper.mark_faces(&mut self.present);
+        for face in (0..own).filter(|&n| self.present[n]) {
+            let here = self.planes[face];
+            for other in (own..self.planes.len()).filter(|&n| self.reached[n]) {
+                let plane = &self.planes[other];
                 // Planes that touch the overlap at one height and are parallel: the angle follows from the length.
                 if plane.normal.dot(&here.normal) > 1.0 - 1e-14 && (plane.offset - here.offset).abs() < scale
                 {
@@ -170,9 +218,12 @@ impl Workshop {
     fn overlap(&mut self, to_world: &Mat3, towards: Vec3) -> Option<Overlap> {
         let integrals = self.clipper.integrate(&self.weights)?;
         let area = integrals.area.norm();
-        // A body inside the other is pressed nowhere.
-        let length = libm::cbrt(integrals.volume);
-        let normal = if area > COPLANAR * length * length {
+        // A body inside the other is pressed nowhere. Nearly always the root need not be known.
+        let is_large = area * area * area > COPLANAR * integrals.volume * integrals.volume;
+        let normal = if is_large || {
+            let length = libm::cbrt(integrals.volume);
+            area > COPLANAR * length * length
+        } {
             integrals.area / area
         } else {
             let towards = to_world.tr_mul(&towards);
@@ -184,10 +235,10 @@ impl Workshop {
         (depth > 0.0 && depth.is_finite()).then(|| Overlap {
             volume: integrals.volume,
             depth,
-            point: to_world * integrals.centre,
-            normal: to_world * normal,
+            point: turned(to_world, &integrals.centre),
+            normal: turned(to_world, &normal),
             area,
-            moment: to_world * integrals.moment,
+            moment: turned(to_world, &integrals.moment),
         })
     }
 }

@@ -101,7 +101,10 @@ impl Solid {
     /// Lowest value of `direction . x` over the body (m).
     #[inline]
     pub(super) fn lowest(&self, direction: &Vec3) -> f64 {
-        self.vertices.iter().fold(f64::INFINITY, |low, v| low.min(direction.dot(v)))
+        self.vertices.iter().fold(f64::INFINITY, |low, v| {
+            let height = direction.dot(v);
+            if height < low { height } else { low }
+        })
     }
 }
 

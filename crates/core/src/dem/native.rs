@@ -40,7 +40,7 @@ use super::integrator::{self, Inertia};
 use super::saved::Saved;
 use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{ContactModel, DampingLaw, GrownShape, PairFinder, PairLaw};
+use crate::contact::{ContactModel, DampingLaw, GrownShape, NeighbourList, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -95,6 +95,7 @@ impl Native {
                 bound: model.reach(&template.shape),
                 inertia: Inertia::of(template),
                 radius: 0.5 * template.shape.equivalent_diameter() + model.enlargement,
+                thickness: template.shape.thickness(),
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
@@ -114,8 +115,9 @@ impl Native {
         });
         let local = LocalParticles::new(&near, templates, spun);
         let (lo, extent) = near.window();
+        let finder = PairFinder::in_window(near.decomposition().domain, lo, extent);
         Ok(Self {
-            order: IdOrder::new(PairFinder::in_window(near.decomposition().domain, lo, extent)),
+            order: IdOrder::new(NeighbourList::new(finder)),
             forces: ContactForces::new(near.peers.len()),
             context: ContactContext {
                 laws: params.contact.as_ref().map_or_else(Vec::new, laws),
@@ -311,7 +313,7 @@ impl DemEngine for Native {
     }
 
     fn contact_states(&self) -> Vec<ContactState> {
-        self.forces.states.clone()
+        self.forces.states()
     }
 
     fn save(&self) -> Result<Vec<u8>> {
@@ -321,7 +323,7 @@ impl DemEngine for Native {
             particles: self.particles().owned().to_vec(),
             loads: self.context.local.loads.clone(),
             records: self.records().to_vec(),
-            states: self.forces.states.clone(),
+            states: self.forces.states(),
             own: Vec::new(),
         };
         Ok(saved.write(self.name()))

@@ -17,7 +17,7 @@ fn cube(edge: f64) -> Solid {
 }
 
 fn measured(a: &Solid, b: &Solid, turns: [Quat; 2], offset: Vec3) -> Option<Overlap> {
-    overlap(a, &matrix(turns[0]), b, &matrix(turns[1]), offset)
+    overlap(a, &matrix(turns[0]), b, &matrix(turns[1]), offset, &mut Hint::default())
 }
 
 /// Largest errors against lines: volume (-), centre (in parts of the root of the volume), angle of the normal
@@ -329,6 +329,29 @@ fn a_cube_that_sinks_through_a_wall_stays_finite_and_continuous() {
     assert!((last.unwrap().volume - 1.0).abs() < 1e-14);
 }
 
+#[test]
+fn a_hint_changes_no_overlap_whatever_pair_it_is_of() {
+    let mut random = random(15);
+    let solids: Vec<Solid> = (0..6).map(|_| random_solid(&mut random, 4, 0.0)).chain([cube(0.8)]).collect();
+    let (mut hint, mut touching, mut used) = (Hint::default(), 0, 0);
+    for _ in 0..2000 {
+        let [a, b] = [0, 1].map(|_| &solids[random.random_range(0..solids.len())]);
+        let turns = [random_turn(&mut random), random_turn(&mut random)];
+        let towards = random_direction(&mut random);
+        // Towards each other, so that the hint is first that of another pair and then of the step before.
+        for step in 0..8 {
+            let offset = towards * (1.5 - 0.1 * f64::from(step));
+            let without = measured(a, b, turns, offset);
+            let before = hint;
+            let with = overlap(a, &matrix(turns[0]), b, &matrix(turns[1]), offset, &mut hint);
+            assert_eq!(with, without);
+            touching += usize::from(with.is_some());
+            used += usize::from(with.is_none() && hint == before && hint != Hint::default());
+        }
+    }
+    assert!(touching > 1000 && used > 1000, "{touching} {used}");
+}
+
 /// `cargo test --release -- --ignored --nocapture speed_of_polyhedra`
 #[test]
 #[ignore = "prints timings"]
@@ -346,7 +369,7 @@ fn speed_of_polyhedra() {
         while touching.len() < 1000 || near.len() < 1000 {
             let turns = [random_turn(&mut random), random_turn(&mut random)].map(matrix);
             let offset = random_direction(&mut random) * random.random_range(0.8..1.4);
-            match overlap(&solid, &turns[0], &solid, &turns[1], offset) {
+            match overlap(&solid, &turns[0], &solid, &turns[1], offset, &mut Hint::default()) {
                 Some(o) if o.depth < 0.1 => touching.push((turns, offset)),
                 None if offset.norm() < 2.0 * solid.reach => near.push((turns, offset)),
                 _ => {}
@@ -354,10 +377,12 @@ fn speed_of_polyhedra() {
         }
         for (what, pairs) in [("touching", touching), ("near miss", near)] {
             let mut best = f64::INFINITY;
+            // After the first round those of the step before, as in a run.
+            let mut hints = vec![Hint::default(); pairs.len()];
             for _ in 0..20 {
                 let start = std::time::Instant::now();
-                for (turns, offset) in &pairs {
-                    black_box(overlap(&solid, &turns[0], &solid, &turns[1], *offset));
+                for ((turns, offset), hint) in pairs.iter().zip(&mut hints) {
+                    black_box(overlap(&solid, &turns[0], &solid, &turns[1], *offset, hint));
                 }
                 best = best.min(start.elapsed().as_secs_f64() / pairs.len() as f64);
             }

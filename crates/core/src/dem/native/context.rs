@@ -1,39 +1,45 @@
 //! Contacts at one time: overlapping pairs and their relative velocities.
 
 use super::NativeParams;
-use super::failures::{behind_wall, check_depth};
+use super::failures::{behind_wall, is_too_deep, too_deep};
 use super::forces::{ContactForces, ContactInput};
 use crate::contact::{
-    Body, ContactModel, DampingLaw, GrownShape, PairFinder, PairLaw, PairProperties, overlap, overlap_wall,
+    Body, ContactModel, DampingLaw, GrownShape, NeighbourList, PairLaw, PairProperties, overlap_again,
+    overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::integrator::Inertia;
 use crate::dem::{ContactState, Load};
 use crate::error::Result;
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use crate::particle::{Particle, ParticleStore};
 
 /// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
 /// sub-step to sub-step.
 #[derive(Clone, Debug)]
 pub(super) struct IdOrder {
-    finder: PairFinder,
+    list: NeighbourList,
     /// Indices of the particles.
     indices: Vec<u32>,
     /// Their positions (m).
     positions: Vec<Vec3>,
     /// Their bounding radii (m).
     radii: Vec<f64>,
+    /// Their rotations, of body frame to world frame.
+    rotations: Vec<Mat3>,
 }
 
+/// Bounding spheres that miss each other by less than this part of their distance are left to the exact test.
+const SLACK: f64 = 1e-9;
+
 impl IdOrder {
-    pub(super) fn new(finder: PairFinder) -> Self {
-        Self { finder, indices: Vec::new(), positions: Vec::new(), radii: Vec::new() }
+    pub(super) fn new(list: NeighbourList) -> Self {
+        Self { list, indices: Vec::new(), positions: Vec::new(), radii: Vec::new(), rotations: Vec::new() }
     }
 
-    /// Lists the particles by ascending id.
-    fn list(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
+    /// Sorts the particles by id.
+    fn sort(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
         self.indices.clear();
         self.indices.extend(0..store.particles.len() as u32);
         // Owned particles, then ghosts, both ascending: a stable sort merges them.
@@ -43,6 +49,8 @@ impl IdOrder {
         self.positions.extend(particles().map(Particle::position));
         self.radii.clear();
         self.radii.extend(particles().map(|p| templates[p.template as usize].bound));
+        self.rotations.clear();
+        self.rotations.extend(particles().map(|p| p.orientation().to_rotation_matrix().into_inner()));
     }
 }
 
@@ -55,6 +63,8 @@ pub(super) struct TemplateConstants {
     pub(super) inertia: Inertia,
     /// Radius of the sphere of equal volume plus enlargement (m).
     pub(super) radius: f64,
+    /// Thickness of the shape (m).
+    pub(super) thickness: f64,
 }
 
 /// Everything that contacts depend on.
@@ -125,17 +135,24 @@ impl ContactContext {
         forces: &mut ContactForces,
     ) -> Result<()> {
         let (store, near) = (&self.local.store, &self.near);
-        order.list(store, &self.templates);
+        order.sort(store, &self.templates);
+        let IdOrder { list, indices, positions, radii, rotations } = order;
         let domain = near.decomposition().domain;
         let mut outcome = Ok(());
-        for pair in order.finder.find(&order.positions, &order.radii) {
-            let [i, j] = pair.map(|k| order.indices[k as usize] as usize);
+        for neighbour in list.find(positions, radii) {
+            let [p, q] = neighbour.pair.map(|k| k as usize);
+            let (offset, reach) = (domain.nearest_image(positions[q] - positions[p]), radii[p] + radii[q]);
+            if offset.norm_squared() > reach * reach * (1.0 + SLACK) {
+                continue;
+            }
+            let [i, j] = [p, q].map(|k| indices[k] as usize);
             if near.evaluating_rank_of([i, j], store) != Some(near.rank) {
                 continue;
             }
             let [a, b] = [i, j].map(|k| &store.particles[k]);
-            let offset = domain.nearest_image(b.position() - a.position());
-            let Some(overlap) = overlap(model.geometry, &self.body(a), &self.body(b), offset) else {
+            let (bodies, turns) = ([&self.body(a), &self.body(b)], [&rotations[p], &rotations[q]]);
+            let hint = &mut neighbour.hint;
+            let Some(overlap) = overlap_again(model.geometry, bodies, turns, offset, hint) else {
                 continue;
             };
             let levers = [overlap.point, overlap.point - offset];
@@ -156,10 +173,10 @@ impl ContactContext {
             };
             let entry = forces.evaluate(&input);
             forces.add(&entry, near, store);
-            if outcome.is_ok() {
-                let thinner = first.shape.shape.thickness().min(second.shape.shape.thickness());
+            let thinner = first.thickness.min(second.thickness);
+            if is_too_deep(overlap.depth, thinner) && outcome.is_ok() {
                 let partner = format_args!("particle {}", b.id);
-                outcome = check_depth(self.substep, a, partner, overlap.depth, thinner);
+                outcome = Err(too_deep(self.substep, a, partner, overlap.depth, thinner));
             }
         }
         outcome
@@ -209,10 +226,10 @@ impl ContactContext {
                 };
                 let entry = forces.evaluate(&input);
                 forces.add(&entry, near, store);
-                if outcome.is_ok() {
+                if is_too_deep(overlap.depth, constants.thickness) && outcome.is_ok() {
                     let partner = format_args!("wall `{}`", wall.name);
-                    let thickness = constants.shape.shape.thickness();
-                    outcome = check_depth(self.substep, particle, partner, overlap.depth, thickness);
+                    let (depth, thickness) = (overlap.depth, constants.thickness);
+                    outcome = Err(too_deep(self.substep, particle, partner, depth, thickness));
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! Errors for a state outside the valid range of the method.
 
-use crate::error::{Error, Result};
+use crate::error::Error;
 use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::wall::Wall;
@@ -20,24 +20,22 @@ fn diverged(step: u64, particle: &Particle, what: Arguments) -> Error {
     Error::Diverged { step, what: format!("particle {} at {at}{what}", particle.id) }
 }
 
-/// Refuses an overlap (m) with `partner` that is too deep for a body of this thickness (m).
-pub(super) fn check_depth(
-    step: u64,
-    a: &Particle,
-    partner: Arguments,
-    depth: f64,
-    thickness: f64,
-) -> Result<()> {
-    if depth <= DEEPEST * thickness {
-        return Ok(());
-    }
-    Err(diverged(
+/// Returns true if an overlap (m) is too deep for a body of this thickness (m); NaN is.
+#[inline]
+pub(super) fn is_too_deep(depth: f64, thickness: f64) -> bool {
+    depth > DEEPEST * thickness || depth.is_nan()
+}
+
+/// The overlap (m) with `partner` is too deep for a body of this thickness (m).
+#[cold]
+pub(super) fn too_deep(step: u64, a: &Particle, partner: Arguments, depth: f64, thickness: f64) -> Error {
+    diverged(
         step,
         a,
         format_args!(
             " and {partner}: overlap {depth:.3e} m deep, more than a quarter of the thickness {thickness:.3e} m"
         ),
-    ))
+    )
 }
 
 /// The centre of a particle lies behind a wall by more than its circumradius (m).

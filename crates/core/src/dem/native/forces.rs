@@ -18,7 +18,7 @@ pub(super) struct ContactForces {
     pub(super) history: History,
     /// Number of contacts that began since the start.
     pub(super) begun: u64,
-    /// Contacts of this sub-step; after [`finish`](Self::finish) ascending by the ids of the pair.
+    /// Contacts of this sub-step, first those of pairs, then those with walls.
     pub(super) states: Vec<ContactState>,
     /// Contact force and torque by owned particle, after [`reduce`](Self::reduce).
     pub(super) totals: Vec<Load>,
@@ -94,10 +94,16 @@ impl ContactForces {
     /// Ends the contacts of the sub-step.
     pub(super) fn finish(&mut self) {
         self.history.advance();
-        // Two ascending runs, those of pairs and of walls: a stable sort merges them.
-        self.states.sort_by_key(|state| (state.first, state.second));
+    }
+
+    /// Contacts of the sub-step, ascending by the ids of the pair.
+    pub(super) fn states(&self) -> Vec<ContactState> {
+        let mut states = self.states.clone();
         let ids = |state: &ContactState| (state.first, state.second);
-        debug_assert!(self.states.is_sorted_by(|a, b| ids(a) < ids(b)), "a pair has one entry");
+        // Two ascending runs: a stable sort merges them.
+        states.sort_by_key(ids);
+        debug_assert!(states.is_sorted_by(|a, b| ids(a) < ids(b)), "a pair has one entry");
+        states
     }
 
     /// Counts of the contacts of the sub-step.
