@@ -19,14 +19,14 @@ fn three() -> [Particle; 3] {
 }
 
 /// The sums after some steps, each of which gets beforehand what it will measure.
-fn measured<T: Real>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
+fn measured<S: Population>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
     let domain = Domain { periodic: [true, true, false], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let store = store(&decomposition, comm.rank(), &three(), 0.6);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
+        let mut fluid = Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);
         let mut sums = [0; 6];
         for step in 0..7 {

@@ -63,7 +63,7 @@ pub(super) fn store(
 }
 
 /// Loads on all particles (by id) after `steps` steps from a flow, particles held where they are.
-fn loads_after<T: Real>(
+fn loads_after<S: Population>(
     solids: Method,
     particles: &[Particle],
     radius: f64,
@@ -76,7 +76,7 @@ fn loads_after<T: Real>(
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
         let mut fluid =
-            Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &Boundary::none()).unwrap();
+            Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &Boundary::none()).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), radius);
         fluid.set_equilibrium(&flow);
         let mut loads = Vec::new();

@@ -12,8 +12,9 @@
 //! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024; Ginzburg et al. (2008), Commun. Comput.
 //! Phys. 3, 427.
 
-use super::Real;
+use super::population::{Population, PopulationLanes};
 use super::simd::{Lanes, prefetch};
+use super::Real;
 use super::solid::{CHUNK, SolidModel, SolidRow};
 use crate::lattice::Q;
 use std::ops::Range;
@@ -164,17 +165,17 @@ impl<R: Copy> Relaxation<R> {
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots.
     #[inline(always)]
-    pub(crate) unsafe fn apply<T: Real, const PAIRS: bool>(&self, slots: &Slots<T>, x: usize) -> R
+    pub(crate) unsafe fn apply<S: Population, const PAIRS: bool>(&self, slots: &Slots<S>, x: usize) -> R
     where
-        R: Lanes<T>,
+        R: PopulationLanes<S>,
     {
         // SAFETY: promised by the caller.
         unsafe {
-            let at_rest = self.at_rest(R::load(slots[0].add(x)));
-            at_rest.store(slots[0].add(x));
+            let at_rest = self.at_rest(R::load_populations(slots[0].add(x)));
+            at_rest.store_populations(slots[0].add(x));
             for i in (1..Q).step_by(2) {
-                let pair = [R::load(slots[i].add(x)), R::load(slots[i + 1].add(x))];
-                store_pair(slots, x, i, self.pair::<T, PAIRS>(i, pair));
+                let pair = [R::load_populations(slots[i].add(x)), R::load_populations(slots[i + 1].add(x))];
+                store_pair(slots, x, i, self.pair::<S::Number, PAIRS>(i, pair));
             }
             at_rest
         }
@@ -186,22 +187,22 @@ impl<R: Copy> Relaxation<R> {
 /// # Safety
 /// `WIDTH` numbers can be written at `x` of all slots.
 #[inline(always)]
-pub(crate) unsafe fn store_pair<T: Real, R: Lanes<T>>(
-    slots: &Slots<T>,
+pub(crate) unsafe fn store_pair<S: Population, R: PopulationLanes<S>>(
+    slots: &Slots<S>,
     x: usize,
     i: usize,
     [there, back]: [R; 2],
 ) {
     // SAFETY: promised by the caller.
     unsafe {
-        there.store(slots[i + 1].add(x));
-        back.store(slots[i].add(x));
+        there.store_populations(slots[i + 1].add(x));
+        back.store_populations(slots[i].add(x));
     }
 }
 
 /// Memory slots of the populations of the first cell of a row: `slots[i]` is read as `f_i` and written as `f'` of the
 /// opposite direction.
-pub(crate) type Slots<T> = [*mut T; Q];
+pub(crate) type Slots<S> = [*mut S; Q];
 
 /// Data of a row besides its populations.
 pub struct Row<T> {
@@ -240,13 +241,19 @@ const AHEAD: usize = 768;
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read and written at `slots[i]`, and no two of these ranges overlap.
 #[inline(always)]
-pub(crate) unsafe fn sweep_row<T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, const MEASURE: bool>(
-    slots: &Slots<T>,
-    row: &Row<T>,
+pub(crate) unsafe fn sweep_row<
+    S: Population,
+    R: PopulationLanes<S>,
+    M: SolidModel,
+    const TRT: bool,
+    const MEASURE: bool,
+>(
+    slots: &Slots<S>,
+    row: &Row<S::Number>,
     model: M,
     dead: &[bool],
-    solids: &mut SolidRow<T>,
-    measured: &mut Measured<T>,
+    solids: &mut SolidRow<S::Number>,
+    measured: &mut Measured<S::Number>,
 ) {
     let [ax, ay, az] = row.acceleration;
     let a = [R::splat(ax), R::splat(ay), R::splat(az)];
@@ -256,27 +263,27 @@ pub(crate) unsafe fn sweep_row<T: Real, R: Lanes<T>, M: SolidModel, const TRT: b
         }
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
-            if x.is_multiple_of(LINE / size_of::<T>()) {
+            if x.is_multiple_of(LINE / size_of::<S>()) {
                 for slot in slots {
                     prefetch(slot.wrapping_add(x).wrapping_byte_add(AHEAD));
                 }
             }
             // A loop: what `array::from_fn` calls is not always inlined, and then not compiled for the instruction set.
-            let mut g = [R::splat(T::ONE); Q];
+            let mut g = [R::splat(S::Number::ONE); Q];
             for (g, slot) in g.iter_mut().zip(slots) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-                *g = unsafe { R::load(slot.add(x)) };
+                *g = unsafe { R::load_populations(slot.add(x)) };
             }
             let cells = moments(&g);
             let mean = if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
-                unsafe { model.collide::<T, R, TRT>(slots, &cells, a, row, solids, x) }
+                unsafe { model.collide::<S, R, TRT>(slots, &cells, a, row, solids, x) }
             } else {
                 let u = cells.u;
                 let target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
-                let relaxation = Relaxation::new::<T, TRT>(&cells, target, row.factors, None);
+                let relaxation = Relaxation::new::<S::Number, TRT>(&cells, target, row.factors, None);
                 // SAFETY: as for the loads.
-                unsafe { relaxation.apply::<T, TRT>(slots, x) };
+                unsafe { relaxation.apply::<S, TRT>(slots, x) };
                 cells.momentum
             };
             if MEASURE {

@@ -14,29 +14,29 @@ fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
     FluidParams { relaxation_time, collision: Collision::Bgk, simd }
 }
 
-fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
+fn solo<S: Population>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<S> {
     solo_with(cells, &bgk(relaxation_time, simd))
 }
 
-fn solo_with<T: Real>(cells: [usize; 3], params: &FluidParams) -> Fluid<T> {
+fn solo_with<S: Population>(cells: [usize; 3], params: &FluidParams) -> Fluid<S> {
     let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, &Boundary::none()).unwrap()
 }
 
-fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+fn step<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3]) {
     sweep_alone(fluid, acceleration, false);
     fluid.exchange();
 }
 
 /// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of
 /// viscosity.
-fn viscosity_error<T: Real>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
+fn viscosity_error<S: Population>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
     let params = FluidParams { collision, ..bgk(relaxation_time, Simd::best()) };
-    let mut fluid = solo_with::<T>([8, length, 4], &params);
+    let mut fluid = solo_with::<S>([8, length, 4], &params);
     let k = TAU / length as f64;
     let wave = |y: usize| (k * (y as f64 + 0.5)).sin();
     fluid.set_equilibrium(|[_, y, _]| (1.0, [0.02 * wave(y), 0.0, 0.0]));
-    let amplitude = |fluid: &Fluid<T>| -> f64 {
+    let amplitude = |fluid: &Fluid<S>| -> f64 {
         2.0 / length as f64 * (0..length).map(|y| wave(y) * fluid.moments([3, y, 2]).1[0]).sum::<f64>()
     };
     let viscosity = (relaxation_time - 0.5) / 3.0;
@@ -185,7 +185,7 @@ fn with_cubes<M: SolidModel, R>(
     work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model })
 }
 
-fn sweep_cubes<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3], method: Method) {
+fn sweep_cubes<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3], method: Method) {
     let (cells, block) = (fluid.domain.cells, fluid.block());
     match method {
         Method::Homogenised(m) => with_cubes(cells, block, m, |s| fluid.sweep(acceleration, s, false)),
@@ -204,7 +204,7 @@ const METHODS: [Method; 4] = [
     saturated(SolidOperator::Sc3),
 ];
 
-fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize, method: Method) -> u64 {
+fn hash_after<S: Population>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize, method: Method) -> u64 {
     let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, ranks).unwrap();
     on_threads(ranks, |comm| {
         let collision = match method {
@@ -212,7 +212,7 @@ fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize
             Method::Saturated(_) => Collision::Trt { magic: 0.125 },
         };
         let params = FluidParams { collision, ..bgk(0.56, simd) };
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
+        let mut fluid = Fluid::<S>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(disturbed);
         for _ in 0..steps {
             sweep_cubes(&mut fluid, [1e-5, 0.0, -2e-5], method);

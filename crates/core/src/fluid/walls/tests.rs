@@ -22,12 +22,12 @@ pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams 
 }
 
 /// Fluid on one rank.
-pub(super) fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<T> {
+pub(super) fn solo<S: Population>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<S> {
     let decomposition = Decomposition::new(domain, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, boundary).unwrap()
 }
 
-pub(super) fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+pub(super) fn step<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3]) {
     sweep_alone(fluid, acceleration, false);
     fluid.exchange();
 }
@@ -94,7 +94,7 @@ impl Tangle {
     }
 
     /// Hash, wall forces, momentum, solid fraction after some steps.
-    fn outcome<T: Real>(
+    fn outcome<S: Population>(
         &self,
         grid: [usize; 3],
         simd: Simd,
@@ -105,7 +105,7 @@ impl Tangle {
         let params = FluidParams { simd, ..params(0.56, collision) };
         let parts = on_threads(decomposition.ranks(), |comm| {
             let boundary = Boundary { motions: &self.motions, wall_of: &|cell| self.wall_of(cell) };
-            let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary).unwrap();
+            let mut fluid = Fluid::<S>::new(&decomposition, &comm, &params, &boundary).unwrap();
             fluid.set_equilibrium(disturbed);
             let segments = cube(fluid.block());
             let motion = RigidMotion { velocity: [0.02; 3], ..RigidMotion::default() };
