@@ -294,4 +294,6 @@ impl<S: Population> Fluid<S> {
 }
 
 #[cfg(test)]
+mod half_tests;
+#[cfg(test)]
 mod tests;

@@ -147,6 +147,7 @@ fn time_row(setup: &Setup) -> Option<Row> {
     let precision = match setup.plan.precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
+        Precision::F16 => "f16",
     };
     let rate = setup.domain.cell_count() as f64 / estimate.seconds_per_step / 1e6;
     let ranks = match comm::launched() {

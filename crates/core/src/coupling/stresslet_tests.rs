@@ -5,7 +5,7 @@ use super::wall_tests::walls;
 use super::*;
 use crate::comm::on_threads;
 use crate::domain::{Decomposition, Domain};
-use crate::fluid::{Boundary, Fluid};
+use crate::fluid::{Boundary, F16, Fluid};
 use crate::math::{Vec3, from_fixed_wide};
 use crate::particle::Particle;
 
@@ -51,6 +51,7 @@ fn a_measurement_foretells_the_next_sweep_to_the_bit_and_is_the_same_on_any_bloc
         let (single, double) = (measured::<f32>(solids, [1, 1, 1]), measured::<f64>(solids, [1, 1, 1]));
         assert_eq!(measured::<f32>(solids, [2, 1, 2]), single, "{solids:?}");
         assert_eq!(measured::<f64>(solids, [3, 2, 2]), double, "{solids:?}");
+        assert_eq!(measured::<F16>(solids, [2, 1, 2]), measured::<F16>(solids, [1, 1, 1]), "{solids:?}");
         let [single, double] = [single, double].map(|sums| sums.map(from_fixed_wide));
         let largest = double.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         for (s, d) in single.into_iter().zip(double) {

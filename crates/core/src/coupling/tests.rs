@@ -3,7 +3,7 @@
 use super::*;
 use crate::comm::{Comm, on_threads};
 use crate::domain::Domain;
-use crate::fluid::{Boundary, Collision, FluidParams, Simd};
+use crate::fluid::{Boundary, Collision, F16, FluidParams, Simd};
 use crate::lattice::{C, Q, opposite};
 use crate::math::from_fixed_wide;
 use crate::particle::Template;
@@ -104,6 +104,7 @@ fn a_resting_sphere_in_resting_fluid_feels_exactly_nothing() {
         for load in [
             loads_after::<f32>(solids, &[sphere], 0.6, ranks, 20, rest),
             loads_after::<f64>(solids, &[sphere], 0.6, ranks, 20, rest),
+            loads_after::<F16>(solids, &[sphere], 0.6, ranks, 20, rest),
         ] {
             println!("{solids:?}, {ranks} ranks: {:?}", load[0]);
             assert_eq!(load[0], Load::default());

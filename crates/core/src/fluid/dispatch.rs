@@ -202,7 +202,7 @@ pub(super) fn wrap_row_x<S: Population>(
 }
 
 macro_rules! compiled_for {
-    ($s:ty, $t:ty, $lanes:ty, $registers:ty, $sweep:ident, $fill:ident, $collect:ident $(, $feature:literal)?) => {
+    ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident] $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
         fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, data: &mut SolidRow<$t>) {
@@ -218,6 +218,29 @@ macro_rules! compiled_for {
         fn $sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<$s, M>) {
             // SAFETY: `$lanes` and the two functions need the same instructions as this one.
             unsafe { sweep_block::<$s, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>)) };
+        }
+    };
+    ($s:ty, $lanes:ty, $measure:ident $(, $feature:literal)?) => {
+        $(#[target_feature(enable = $feature)])?
+        fn $measure<M: SolidModel>(fluid: &Fluid<$s>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
+            // SAFETY: `$lanes` needs the same instructions as this function.
+            unsafe { measure_block::<$s, $lanes, M>(fluid, solids) }
+        }
+    };
+}
+
+/// Calls the function that is compiled for the instruction set of the fluid.
+#[cfg(target_arch = "x86_64")]
+macro_rules! call {
+    ($simd:expr, [$scalar:expr, $sse2:expr, $avx2:expr, $avx512:expr]($($argument:expr),*)) => {
+        match $simd {
+            // SAFETY: `Fluid::new` checked that the processor has the instructions.
+            Simd::Avx512 => unsafe { $avx512($($argument),*) },
+            // SAFETY: `Fluid::new` checked that the processor has the instructions.
+            Simd::Avx2 => unsafe { $avx2($($argument),*) },
+            // SAFETY: `Fluid::new` checked that the processor has the instructions.
+            Simd::Sse2 => unsafe { $sse2($($argument),*) },
+            Simd::Scalar => $scalar($($argument),*),
         }
     };
 }
@@ -247,10 +270,11 @@ real!(f32, |p| D::widen(p));
 real!(f64, |p| D::load(p));
 
 macro_rules! population {
-    ($s:ty as $t:ty: $sse2:ident, $avx2:ident, $avx512:ident, |$stored:ident| $read:expr, |$g:ident| $round:expr,
+    ($s:ty as $t:ty: $is_converted:literal, $sse2:ident, $avx2:ident, $avx512:ident, |$stored:ident| $read:expr, |$g:ident| $round:expr,
      |$kept:ident, $mask:ident| $masked:expr) => {
         impl Population for $s {
             type Number = $t;
+            const IS_CONVERTED: bool = $is_converted;
 
             #[inline(always)]
             fn read(self) -> $t {
@@ -270,35 +294,44 @@ macro_rules! population {
             }
 
             fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>) {
-                compiled_for!($s, $t, $t, Single, scalar, fill_scalar, collect_scalar);
+                compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar]);
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
-                    compiled_for!($s, $t, $sse2, Narrow, sse2, fill_sse2, collect_sse2, "fma,f16c");
-                    compiled_for!($s, $t, $avx2, Wide, avx2, fill_avx2, collect_avx2, "avx2,fma,f16c");
-                    compiled_for!($s, $t, $avx512, Wide, avx512, fill_avx512, collect_avx512, "avx512f");
-                    match sweep.fluid.params.simd {
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<M, TRT, WALLS>(sweep) },
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<M, TRT, WALLS>(sweep) },
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Sse2 => unsafe { sse2::<M, TRT, WALLS>(sweep) },
-                        Simd::Scalar => scalar::<M, TRT, WALLS>(sweep),
-                    }
+                    compiled_for!($s, $t, $sse2, Narrow, [sse2, fill_sse2, collect_sse2], "fma,f16c");
+                    compiled_for!($s, $t, $avx2, Wide, [avx2, fill_avx2, collect_avx2], "avx2,fma,f16c");
+                    compiled_for!($s, $t, $avx512, Wide, [avx512, fill_avx512, collect_avx512], "avx512f");
+                    call!(
+                        sweep.fluid.params.simd,
+                        [
+                            scalar::<M, TRT, WALLS>,
+                            sse2::<M, TRT, WALLS>,
+                            avx2::<M, TRT, WALLS>,
+                            avx512::<M, TRT, WALLS>
+                        ](sweep)
+                    );
                 }
                 #[cfg(not(target_arch = "x86_64"))]
                 scalar::<M, TRT, WALLS>(sweep);
             }
 
             fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
-                // SAFETY: this function is compiled for the instructions of single numbers, as all are.
-                unsafe { measure_block::<$s, $t, M>(fluid, solids) }
+                compiled_for!($s, $t, scalar);
+                #[cfg(target_arch = "x86_64")]
+                {
+                    use super::simd::{$avx2, $avx512, $sse2};
+                    compiled_for!($s, $sse2, sse2, "fma,f16c");
+                    compiled_for!($s, $avx2, avx2, "avx2,fma,f16c");
+                    compiled_for!($s, $avx512, avx512, "avx512f");
+                    call!(fluid.params.simd, [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, solids))
+                }
+                #[cfg(not(target_arch = "x86_64"))]
+                scalar::<M>(fluid, solids)
             }
         }
     };
 }
-population!(f32 as f32: F32x4, F32x8, F32x16, |g| g, |g| g, |g, mask| g * mask);
-population!(f64 as f64: F64x2, F64x4, F64x8, |g| g, |g| g, |g, mask| g * mask);
-population!(F16 as f32: F32x4, F32x8, F32x16, |g| g.number(), |g| Self::from_number(g),
+population!(f32 as f32: false, F32x4, F32x8, F32x16, |g| g, |g| g, |g, mask| g * mask);
+population!(f64 as f64: false, F64x2, F64x4, F64x8, |g| g, |g| g, |g, mask| g * mask);
+population!(F16 as f32: true, F32x4, F32x8, F32x16, |g| g.number(), |g| Self::from_number(g),
     |g, mask| if mask == 0.0 { Self::default() } else { g });

@@ -12,9 +12,9 @@
 //! References: Kupershtokh et al. (2009), doi:10.1016/j.camwa.2009.02.024; Ginzburg et al. (2008), Commun. Comput.
 //! Phys. 3, 427.
 
+use super::Real;
 use super::population::{Population, PopulationLanes};
 use super::simd::{Lanes, prefetch};
-use super::Real;
 use super::solid::{CHUNK, SolidModel, SolidRow};
 use crate::lattice::Q;
 use std::ops::Range;
@@ -28,18 +28,21 @@ pub struct Moments<R> {
     pub(crate) u: [R; 3],
 }
 
-/// Moments of a register of cells.
+/// Moments of a register of cells from scaled populations.
 #[inline(always)]
-pub(crate) fn moments<T: Real, R: Lanes<T>>(g: &[R; Q]) -> Moments<R> {
+pub(crate) fn moments<S: Population, R: PopulationLanes<S>>(g: &[R; Q]) -> Moments<R> {
     let pair = |i: usize| (g[i] + g[i + 1], g[i] - g[i + 1]);
     let ((s1, d1), (s3, d3), (s5, d5)) = (pair(1), pair(3), pair(5));
     let ((s7, d7), (s9, d9), (s11, d11)) = (pair(7), pair(9), pair(11));
     let ((s13, d13), (s15, d15), (s17, d17)) = (pair(13), pair(15), pair(17));
-    let deviation = ((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17);
-    let rho = R::splat(T::ONE) + deviation;
+    let deviation = (((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17)).unscaled();
+    let rho = R::splat(S::Number::ONE) + deviation;
     let over_rho = rho.recip();
-    let momentum =
-        [d1 + ((d7 + d9) + (d11 + d13)), d3 + ((d7 - d9) + (d15 + d17)), d5 + ((d11 - d13) + (d15 - d17))];
+    let momentum = [
+        (d1 + ((d7 + d9) + (d11 + d13))).unscaled(),
+        (d3 + ((d7 - d9) + (d15 + d17))).unscaled(),
+        (d5 + ((d11 - d13) + (d15 - d17))).unscaled(),
+    ];
     let u = [momentum[0] * over_rho, momentum[1] * over_rho, momentum[2] * over_rho];
     Moments { deviation, momentum, rho, u }
 }
@@ -159,25 +162,57 @@ impl<R: Copy> Relaxation<R> {
         }
     }
 
+    /// The same for scaled populations.
+    #[inline(always)]
+    fn scaled<S: Population>(&self) -> Self
+    where
+        R: PopulationLanes<S>,
+    {
+        let (mut all, Self { base: [axis, diagonal], .. }) = (*self, *self);
+        all.base = [axis.scaled(), diagonal.scaled()];
+        // Loops: what `map` calls is not always inlined.
+        for term in &mut all.quadratic {
+            *term = term.scaled();
+        }
+        for term in &mut all.linear {
+            *term = term.scaled();
+        }
+        all
+    }
+
     /// Changes the populations of the cells at `x` in memory, and returns the one at rest. They are read again, as there are
-    /// more of them than registers.
+    /// more of them than registers, unless they are `kept`, scaled, since it takes a conversion.
     ///
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots.
     #[inline(always)]
-    pub(crate) unsafe fn apply<S: Population, const PAIRS: bool>(&self, slots: &Slots<S>, x: usize) -> R
+    pub(crate) unsafe fn apply<S: Population, const PAIRS: bool>(
+        &self,
+        slots: &Slots<S>,
+        x: usize,
+        kept: Option<&[R; Q]>,
+    ) -> R
     where
         R: PopulationLanes<S>,
     {
+        let scaled = self.scaled::<S>();
         // SAFETY: promised by the caller.
         unsafe {
-            let at_rest = self.at_rest(R::load_populations(slots[0].add(x)));
-            at_rest.store_populations(slots[0].add(x));
+            let at_rest = scaled.at_rest(match kept {
+                Some(g) => g[0],
+                None => R::load_scaled(slots[0].add(x)),
+            });
+            at_rest.store_scaled(slots[0].add(x));
             for i in (1..Q).step_by(2) {
-                let pair = [R::load_populations(slots[i].add(x)), R::load_populations(slots[i + 1].add(x))];
-                store_pair(slots, x, i, self.pair::<S::Number, PAIRS>(i, pair));
+                let pair = match kept {
+                    Some(g) => [g[i], g[i + 1]],
+                    None => [R::load_scaled(slots[i].add(x)), R::load_scaled(slots[i + 1].add(x))],
+                };
+                let [there, back] = scaled.pair::<S::Number, PAIRS>(i, pair);
+                there.store_scaled(slots[i + 1].add(x));
+                back.store_scaled(slots[i].add(x));
             }
-            at_rest
+            at_rest.unscaled()
         }
     }
 }
@@ -272,9 +307,9 @@ pub(crate) unsafe fn sweep_row<
             let mut g = [R::splat(S::Number::ONE); Q];
             for (g, slot) in g.iter_mut().zip(slots) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-                *g = unsafe { R::load_populations(slot.add(x)) };
+                *g = unsafe { R::load_scaled(slot.add(x)) };
             }
-            let cells = moments(&g);
+            let cells = moments::<S, R>(&g);
             let mean = if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
                 unsafe { model.collide::<S, R, TRT>(slots, &cells, a, row, solids, x) }
@@ -282,8 +317,9 @@ pub(crate) unsafe fn sweep_row<
                 let u = cells.u;
                 let target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
                 let relaxation = Relaxation::new::<S::Number, TRT>(&cells, target, row.factors, None);
+                let kept = if S::IS_CONVERTED { Some(&g) } else { None };
                 // SAFETY: as for the loads.
-                unsafe { relaxation.apply::<S, TRT>(slots, x) };
+                unsafe { relaxation.apply::<S, TRT>(slots, x, kept) };
                 cells.momentum
             };
             if MEASURE {

@@ -147,9 +147,9 @@ unsafe fn measure_row<S: Population, R: PopulationLanes<S>, M: SolidModel>(
             let mut g = [R::splat(S::Number::ONE); Q];
             for (g, slot) in g.iter_mut().zip(slots) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-                *g = unsafe { R::load_populations(slot.add(x)) };
+                *g = unsafe { R::load_scaled(slot.add(x)) };
             }
-            let cells = moments(&g);
+            let cells = moments::<S, R>(&g);
             let mut mean = cells.momentum;
             if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
@@ -157,6 +157,9 @@ unsafe fn measure_row<S: Population, R: PopulationLanes<S>, M: SolidModel>(
                 let measure: Measure<R> = model.measure(&cells, &covered, row);
                 mean = measure.mean;
                 if let Some(b) = measure.reflected {
+                    for g in &mut g {
+                        *g = g.unscaled();
+                    }
                     for (reflected, stress) in reflected.iter_mut().zip(deviation_of_flux(&g, &cells)) {
                         // SAFETY: the array has `chunks * CHUNK` numbers.
                         unsafe { put(reflected, x, b * stress) };

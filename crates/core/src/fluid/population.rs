@@ -22,6 +22,8 @@ use half::f16;
 pub trait Population: Pod + Send + Sync {
     /// What kernels compute with.
     type Number: Real + PopulationLanes<Self>;
+    /// Reading takes a conversion, which is not done twice for the collision of a cell.
+    const IS_CONVERTED: bool;
 
     /// The number stored; exact.
     fn read(self) -> Self::Number;
@@ -40,14 +42,34 @@ pub trait Population: Pod + Send + Sync {
     }
 }
 
-/// A register of numbers whose populations are stored as `S`.
+/// A register of numbers whose populations are stored as `S`. *Scaled* is what the storage holds: a power of two times the
+/// population, so that sums and products with scaled numbers are rounded as those without.
 pub trait PopulationLanes<S: Population>: Lanes<S::Number> {
     /// # Safety
     /// `WIDTH` populations can be read at `p`.
-    unsafe fn load_populations(p: *const S) -> Self;
+    unsafe fn load_scaled(p: *const S) -> Self;
     /// # Safety
     /// `WIDTH` populations can be written at `p`.
-    unsafe fn store_populations(self, p: *mut S);
+    unsafe fn store_scaled(self, p: *mut S);
+    /// From populations.
+    fn scaled(self) -> Self;
+    /// To populations.
+    fn unscaled(self) -> Self;
+
+    /// # Safety
+    /// As for [`load_scaled`](Self::load_scaled).
+    #[inline(always)]
+    unsafe fn load_populations(p: *const S) -> Self {
+        // SAFETY: promised by the caller.
+        unsafe { Self::load_scaled(p) }.unscaled()
+    }
+    /// # Safety
+    /// As for [`store_scaled`](Self::store_scaled).
+    #[inline(always)]
+    unsafe fn store_populations(self, p: *mut S) {
+        // SAFETY: promised by the caller.
+        unsafe { self.scaled().store_scaled(p) }
+    }
 }
 
 /// A population in 16 bits: binary16 of `2^15 g`.
@@ -75,27 +97,43 @@ impl F16 {
 
 impl<S: Population<Number = S>, R: Lanes<S>> PopulationLanes<S> for R {
     #[inline(always)]
-    unsafe fn load_populations(p: *const S) -> Self {
+    unsafe fn load_scaled(p: *const S) -> Self {
         // SAFETY: promised by the caller.
         unsafe { R::load(p) }
     }
     #[inline(always)]
-    unsafe fn store_populations(self, p: *mut S) {
+    unsafe fn store_scaled(self, p: *mut S) {
         // SAFETY: promised by the caller.
         unsafe { self.store(p) }
+    }
+    #[inline(always)]
+    fn scaled(self) -> Self {
+        self
+    }
+    #[inline(always)]
+    fn unscaled(self) -> Self {
+        self
     }
 }
 
 impl PopulationLanes<F16> for f32 {
     #[inline(always)]
-    unsafe fn load_populations(p: *const F16) -> Self {
+    unsafe fn load_scaled(p: *const F16) -> Self {
         // SAFETY: promised by the caller.
-        unsafe { *p }.number()
+        unsafe { *p }.0.to_f32()
     }
     #[inline(always)]
-    unsafe fn store_populations(self, p: *mut F16) {
+    unsafe fn store_scaled(self, p: *mut F16) {
         // SAFETY: promised by the caller.
-        unsafe { *p = F16::from_number(self) }
+        unsafe { *p = F16(f16::from_f32(self)) }
+    }
+    #[inline(always)]
+    fn scaled(self) -> Self {
+        self * F16::SCALE
+    }
+    #[inline(always)]
+    fn unscaled(self) -> Self {
+        self * F16::UNSCALE
     }
 }
 
@@ -110,15 +148,22 @@ mod x86 {
         ($($name:ident: $load:ident $store:ident $read:ident $round:ident;)*) => {$(
             impl PopulationLanes<F16> for $name {
                 #[inline(always)]
-                unsafe fn load_populations(p: *const F16) -> Self {
+                unsafe fn load_scaled(p: *const F16) -> Self {
                     // SAFETY: promised by the caller; unaligned load. The type exists only where F16C or AVX-512 is enabled.
-                    Self(unsafe { $read($load(p.cast())) }) * Self::splat(F16::UNSCALE)
+                    Self(unsafe { $read($load(p.cast())) })
                 }
                 #[inline(always)]
-                unsafe fn store_populations(self, p: *mut F16) {
-                    let scaled = self * Self::splat(F16::SCALE);
+                unsafe fn store_scaled(self, p: *mut F16) {
                     // SAFETY: promised by the caller; unaligned store. The type exists only where F16C or AVX-512 is enabled.
-                    unsafe { $store(p.cast(), $round::<_MM_FROUND_TO_NEAREST_INT>(scaled.0)) }
+                    unsafe { $store(p.cast(), $round::<_MM_FROUND_TO_NEAREST_INT>(self.0)) }
+                }
+                #[inline(always)]
+                fn scaled(self) -> Self {
+                    self * Self::splat(F16::SCALE)
+                }
+                #[inline(always)]
+                fn unscaled(self) -> Self {
+                    self * Self::splat(F16::UNSCALE)
                 }
             }
         )*};
@@ -143,7 +188,8 @@ mod tests {
                 assert!(!stored.wide().is_finite());
                 continue;
             }
-            let size = if exponent == 0 { fraction } else { (1024.0 + fraction) * f64::from(1 << (exponent - 1)) };
+            let size =
+                if exponent == 0 { fraction } else { (1024.0 + fraction) * f64::from(1 << (exponent - 1)) };
             let value = size / f64::from(1 << 24) / f64::from(F16::SCALE);
             let value = if bits >> 15 == 0 { value } else { -value };
             assert_eq!(stored.wide().to_bits(), value.to_bits(), "{bits:#06x}");

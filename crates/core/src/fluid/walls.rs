@@ -16,9 +16,9 @@
 
 mod find;
 
-use super::population::Population;
 use super::Real;
 use super::layout::{AaPhase, Layout};
+use super::population::Population;
 use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain};

@@ -32,7 +32,7 @@ impl SolidModel for Homogenised {
             }
             put(&mut solids.incoming[3], x, deviation - R::load_populations(slots[0].add(x)));
             let relaxation = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
-            let at_rest = relaxation.apply::<S, TRT>(slots, x);
+            let at_rest = relaxation.apply::<S, TRT>(slots, x, None);
             put(&mut solids.outgoing[3], x, deviation - at_rest);
         }
         momentum

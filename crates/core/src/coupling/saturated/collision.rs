@@ -51,7 +51,7 @@ impl SolidModel for Saturated {
         unsafe {
             if self.operator == SolidOperator::Sc3 {
                 Relaxation::new::<S::Number, TRT>(cells, target, row.factors, Some((b, velocity)))
-                    .apply::<S, true>(slots, x);
+                    .apply::<S, true>(slots, x, None);
             } else {
                 let fluid = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
                 self.pull::<S, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));

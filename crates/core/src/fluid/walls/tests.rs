@@ -5,7 +5,8 @@ use crate::comm::{Comm, on_threads};
 use crate::coupling::{Homogenised, sweep_alone};
 use crate::domain::Decomposition;
 use crate::fluid::{
-    BlockSolids, Body, Collision, ExchangeSum, Fluid, FluidParams, RigidMotion, RowSegments, Segment, Simd,
+    BlockSolids, Body, Collision, ExchangeSum, F16, Fluid, FluidParams, RigidMotion, RowSegments, Segment,
+    Simd,
 };
 use crate::lattice::W;
 use crate::lattice::shifted_equilibrium;
@@ -268,16 +269,19 @@ fn walls_give_the_same_bits_on_any_blocks_and_instruction_set() {
             let best = Simd::best();
             let single = tangle.outcome::<f32>([1, 1, 1], best, Collision::Bgk, steps);
             let double = tangle.outcome::<f64>([1, 1, 1], best, MAGIC, steps);
+            let half = tangle.outcome::<F16>([1, 1, 1], best, MAGIC, steps);
             assert_ne!(single.0, double.0);
             for grid in [[1, 2, 1], [1, 1, 3], [2, 1, 1], [3, 1, 1], [1, 2, 3], [2, 2, 2], [4, 3, 1]] {
                 let what = format!("{grid:?}, periodic {periodic:?}, {steps} steps, lump: {lump}");
                 assert_eq!(tangle.outcome::<f32>(grid, best, Collision::Bgk, steps), single, "{what}");
                 assert_eq!(tangle.outcome::<f64>(grid, best, MAGIC, steps), double, "{what}");
+                assert_eq!(tangle.outcome::<F16>(grid, best, MAGIC, steps), half, "{what}");
             }
             for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512] {
                 if simd.is_available() {
                     assert_eq!(tangle.outcome::<f32>([2, 1, 1], simd, Collision::Bgk, steps), single);
                     assert_eq!(tangle.outcome::<f64>([1, 2, 2], simd, MAGIC, steps), double);
+                    assert_eq!(tangle.outcome::<F16>([1, 2, 2], simd, MAGIC, steps), half);
                 }
             }
         }
