@@ -53,8 +53,7 @@ pub enum Precision {
     F32,
     /// Eight bytes a population.
     F64,
-    /// Two bytes a population, computed with in four ([`F16`]): half the memory and its traffic, at the accuracy of
-    /// `validation/precision`.
+    /// Two bytes a population, computed with in four: half the memory and its traffic; see `validation/precision`.
     F16,
 }
 

@@ -33,7 +33,7 @@ pub(super) fn cell(precision: Precision) -> f64 {
 
 /// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
 pub fn bytes_per_cell(precision: Precision) -> f64 {
-    by_precision(precision, 70.0, 110.0, 190.0)
+    by_precision(precision, 60.0, 110.0, 190.0)
 }
 
 /// A cell of a face: packing, unpacking (s).
