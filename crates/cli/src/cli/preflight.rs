@@ -202,9 +202,9 @@ fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
     }
     if setup.plan.precision == Precision::F16 {
         advice.push(
-            "fluid.precision = \"f16\" rounds populations to 11 bits: suspensions settle as in f32 to 0.01 % at Reynolds numbers of 1 and \
-             more, but creeping flows are slowed, a single sphere of Re 0.05 by 1 to 2 %, flow through fixed arrays and channels by \
-             up to 10 %; see validation/precision, or take \"f32\" there"
+            "fluid.precision = \"f16\" rounds populations to 11 bits: bodies that settle at Reynolds numbers of 3 and 32 do so as in f64 \
+             within 0.01 %, but creeping flows are slowed, a settling sphere of Re 0.05 by 1.3 to 1.8 %, flow through fixed arrays and \
+             between plates by up to 10 % (validation/precision); there take \"f32\""
                 .to_string(),
         );
     }
