@@ -202,7 +202,7 @@ fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
     }
     if setup.plan.precision == Precision::F16 {
         advice.push(
-            "fluid.precision = \"f16\" rounds populations to 11 bits: bodies that settle at Reynolds numbers of 3 and 32 do so as in f64 \
+            "fluid.precision = \"f16\" rounds populations to 11 bits: bodies that settle at Reynolds numbers of 8 and 32 do so as in f64 \
              within 0.01 %, but creeping flows are slowed, a settling sphere of Re 0.05 by 1.3 to 1.8 %, flow through fixed arrays and \
              between plates by up to 10 % (validation/precision); there take \"f32\""
                 .to_string(),

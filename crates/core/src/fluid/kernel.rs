@@ -298,10 +298,8 @@ pub(crate) unsafe fn sweep_row<
         }
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
-            // Where a line holds more cells than it takes time to fetch 19 lines, they are asked for by turns.
-            let turns = if S::IS_CONVERTED { LINE / size_of::<S>() / R::WIDTH } else { 1 };
-            if turns > 1 || x.is_multiple_of(LINE / size_of::<S>()) {
-                for slot in slots.iter().skip(x / R::WIDTH % turns).step_by(turns) {
+            if x.is_multiple_of(LINE / size_of::<S>()) {
+                for slot in slots {
                     prefetch(slot.wrapping_add(x).wrapping_byte_add(AHEAD));
                 }
             }
