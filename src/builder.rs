@@ -99,7 +99,7 @@ impl Builder {
         self.set("dry.time_step", time_step)
     }
 
-    /// Storage of the fluid, four or eight bytes per number: `fluid.precision`.
+    /// Storage of the fluid, two, four or eight bytes per number: `fluid.precision`.
     ///
     /// ```
     /// use turbid::fluid::Precision;

@@ -137,7 +137,8 @@ pub struct FluidSection {
     /// Galileo number (-), the square root of the Archimedes number.
     #[schemars(transform = positive)]
     pub galileo: Option<f64>,
-    /// Storage of the populations: "f32" or "f64", twice the memory. Default "f32".
+    /// Storage of the populations: "f32"; "f64", twice the memory; or "f16", half of it and of its traffic, at 3 to 4 digits
+    /// (validation/precision). Default "f32".
     #[serde(default)]
     pub precision: Precision,
 }

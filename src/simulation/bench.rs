@@ -95,7 +95,7 @@ seed = 1
 end = { steps = 100 }
 ";
 
-/// Times a built-in case on `threads` threads (0 is one per core), in both precisions: a calibration for estimates of later runs,
+/// Times a built-in case on `threads` threads (0 is one per core), in all precisions: a calibration for estimates of later runs,
 /// once it is [kept](Calibration::keep). Errors: [`Error::Input`] in an MPI job, or if these are too many threads;
 /// [`Error::Memory`].
 pub fn calibrate(threads: usize) -> Result<Calibration> {
@@ -116,7 +116,8 @@ pub fn calibrate(threads: usize) -> Result<Calibration> {
         let seconds = report.cells as f64 / (1e6 * report.mlups);
         Ok::<f64, Error>(seconds / forecast(&setup, ranks)?.seconds_per_step())
     };
-    let factors = [measured_over_estimated("f32")?, measured_over_estimated("f64")?];
+    let factors =
+        [measured_over_estimated("f16")?, measured_over_estimated("f32")?, measured_over_estimated("f64")?];
     Ok(Calibration::new(ranks, factors))
 }
 

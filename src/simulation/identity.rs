@@ -187,6 +187,7 @@ pub(super) fn precision_name(precision: Precision) -> &'static str {
     match precision {
         Precision::F32 => "f32",
         Precision::F64 => "f64",
+        Precision::F16 => "f16",
     }
 }
 

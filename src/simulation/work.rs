@@ -114,7 +114,7 @@ impl<'a> Work<'a> {
 
     /// Bytes of a population.
     fn number(&self) -> usize {
-        costs::by_precision(self.setup.plan.precision, 4, 8)
+        costs::by_precision(self.setup.plan.precision, 2, 4, 8)
     }
 
     /// The work by layers of cells.

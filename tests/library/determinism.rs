@@ -1,5 +1,5 @@
 //! The same bits for any number of ranks and any instruction set: 200 spheres that touch and cross the faces, edges and
-//! corners of blocks, 300 steps, in both precisions.
+//! corners of blocks, 300 steps, in all precisions.
 
 use crate::common::random;
 use std::sync::Arc;
@@ -101,6 +101,11 @@ fn same_bits(precision: Precision) {
 #[test]
 fn single_precision_gives_the_same_bits_on_any_ranks_and_instruction_set() {
     same_bits(Precision::F32);
+}
+
+#[test]
+fn half_precision_gives_the_same_bits_on_any_ranks_and_instruction_set() {
+    same_bits(Precision::F16);
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     if !periodic[2] && random.random_bool(0.5) {
         text += "faces = { \"z-\" = { velocity = [0.01, -0.02, 0.0] } }\n";
     }
-    let precision = ["f32", "f64"].choose(random).unwrap();
+    let precision = ["f16", "f32", "f64"].choose(random).unwrap();
     let tau = random.random_range(0.53..0.8);
     let collision = ["bgk", "trt"].choose(random).unwrap();
     let coupling =

@@ -1,4 +1,4 @@
-//! `turbid check --ranks`: what each rank would have to do, before a run; and results that cannot be printed.
+//! `turbid check`: what each rank would have to do, before a run; populations in 16 bits; and results that cannot be printed.
 
 use crate::common::Place;
 
@@ -48,6 +48,17 @@ fn percent(lines: &[String], name: &str) -> f64 {
         .find(|line| line.trim().starts_with(name))
         .unwrap_or_else(|| panic!("no {name}: {lines:?}"));
     line.split_whitespace().nth(1).unwrap().parse().unwrap()
+}
+
+#[test]
+fn of_populations_in_16_bits_it_is_said_where_they_are_good_enough() {
+    let place = Place::new(CASE);
+    for (precision, warned) in [("f16", true), ("f32", false)] {
+        let set = format!("fluid.precision={precision:?}");
+        let said = place.well(&["check", "case.toml", "--set", &set]);
+        assert_eq!(said.contains("creeping flows are slowed"), warned, "{said}");
+        assert!(said.contains(&format!("MLUPS in {precision}")), "{said}");
+    }
 }
 
 #[test]

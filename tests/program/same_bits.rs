@@ -1,5 +1,5 @@
 //! The same bits on any number of ranks, threads of one process or processes of an MPI job: scenes of spheres, cubes, walls,
-//! sub-steps, and particles that cross every kind of border of blocks and box, 300 steps each, in both precisions.
+//! sub-steps, and particles that cross every kind of border of blocks and box, 300 steps each, in all precisions.
 
 use crate::common::case::viscous;
 use crate::common::{Place, column_of};
@@ -102,7 +102,7 @@ fn same_on_all(case: &str) -> [Vec<u8>; 3] {
     let place = Place::new(case);
     let mut first = None;
     for (c, coupling) in ["saturated", "paper"].into_iter().enumerate() {
-        for (p, precision) in ["f32", "f64"].into_iter().enumerate() {
+        for (p, precision) in ["f32", "f64", "f16"].into_iter().enumerate() {
             let options = options(precision, coupling);
             let options: Vec<&str> = options.iter().map(String::as_str).collect();
             let expected = on_threads(&place, 1, &options);

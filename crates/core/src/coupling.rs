@@ -24,7 +24,7 @@ mod walls;
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::fluid::{Body, CoverCount, ExchangeSum, Fluid, Real, RigidMotion, RowSegments, Simd};
+use crate::fluid::{Body, CoverCount, ExchangeSum, Fluid, Population, RigidMotion, RowSegments, Simd};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
@@ -161,7 +161,7 @@ impl Coupling {
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
     /// that were covered only then or only now.
-    fn begin_exchange<T: Real>(&mut self, fluid: &Fluid<T>) {
+    fn begin_exchange<S: Population>(&mut self, fluid: &Fluid<S>) {
         // Where each particle of one list is in the other.
         let mut before: Vec<(u64, u32)> = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
         before.sort_unstable();

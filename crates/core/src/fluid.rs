@@ -13,6 +13,7 @@ pub(crate) mod kernel;
 mod layout;
 mod measure;
 mod observe;
+mod population;
 mod rows;
 mod saved;
 pub(crate) mod simd;
@@ -33,6 +34,9 @@ use halo::FluidHalo;
 use kernel::Measured;
 use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
+#[doc(hidden)]
+pub use population::PopulationLanes;
+pub use population::{F16, Population};
 use rows::RowOrder;
 use serde::{Deserialize, Serialize};
 pub(crate) use solid::SolidRow;
@@ -49,6 +53,8 @@ pub enum Precision {
     F32,
     /// Eight bytes a population.
     F64,
+    /// Two bytes a population, computed with in four: half the memory and its traffic; see `validation/precision`.
+    F16,
 }
 
 /// Collision operator.
@@ -109,17 +115,17 @@ pub struct Flow {
 }
 
 /// The fluid of one block.
-pub struct Fluid<T: Real> {
+pub struct Fluid<S: Population> {
     domain: Domain,
     block: Block,
     layout: Layout,
-    populations: Buffer<T>,
+    populations: Buffer<S>,
     phase: AaPhase,
-    solid_row: SolidRow<T>,
-    halo: FluidHalo<T>,
+    solid_row: SolidRow<S::Number>,
+    halo: FluidHalo<S>,
     order: RowOrder,
-    measured: Measured<T>,
-    walls: Walls<T>,
+    measured: Measured<S::Number>,
+    walls: Walls<S>,
     params: FluidParams,
     /// Of the even and of the odd part.
     relaxation_times: [f64; 2],
@@ -127,7 +133,7 @@ pub struct Fluid<T: Real> {
     wrap_x: bool,
 }
 
-impl<T: Real> Fluid<T> {
+impl<S: Population> Fluid<S> {
     /// Fluid at rest with density 1 on the block of this rank, between walls that move already. Collective.
     ///
     /// # Errors
@@ -145,7 +151,7 @@ impl<T: Real> Fluid<T> {
         let arrays = (|| {
             let what = format!("the populations of a block of {:?} cells", block.size());
             let bytes = block.size().map(|n| n as f64).iter().product::<f64>() * Self::SAVED_BYTES as f64;
-            let layout = Layout::new(block.size(), size_of::<T>());
+            let layout = Layout::new(block.size(), size_of::<S>());
             let layout = layout.ok_or_else(|| memory::refused(bytes, &what))?;
             Ok((
                 Buffer::zeroed(layout.len(), &what)?,
@@ -163,7 +169,7 @@ impl<T: Real> Fluid<T> {
             solid_row: SolidRow::new(layout.chunks_per_row()),
             halo,
             order,
-            measured: Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row]) },
+            measured: Measured { momentum: std::array::from_fn(|_| vec![S::Number::ZERO; row]) },
             walls,
             relaxation_times: match params.collision {
                 Collision::Bgk => [tau; 2],
@@ -207,7 +213,7 @@ impl<T: Real> Fluid<T> {
                 shifted_equilibrium(rho, u)
             };
             for (i, g) in g.into_iter().enumerate() {
-                self.populations[i * self.layout.stride + slot] = T::from_f64(g);
+                self.populations[i * self.layout.stride + slot] = S::round(S::Number::from_f64(g));
             }
         }
         self.walls.begin(&self.layout, &mut self.populations);
@@ -247,11 +253,11 @@ impl<T: Real> Fluid<T> {
         let (pairs, walls) = (self.params.collision != Collision::Bgk, !self.walls.is_empty());
         let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
         if M::PAIRS || pairs {
-            if walls { T::sweep::<M, true, true>(sweep) } else { T::sweep::<M, true, false>(sweep) }
+            if walls { S::sweep::<M, true, true>(sweep) } else { S::sweep::<M, true, false>(sweep) }
         } else if walls {
-            T::sweep::<M, false, true>(sweep);
+            S::sweep::<M, false, true>(sweep);
         } else {
-            T::sweep::<M, false, false>(sweep);
+            S::sweep::<M, false, false>(sweep);
         }
     }
 
@@ -270,7 +276,7 @@ impl<T: Real> Fluid<T> {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         let mut sum = [0.0; 4];
         for i in 1..Q {
-            let g: f64 = self.populations[self.left(cell, i)].into();
+            let g = self.populations[self.left(cell, i)].wide();
             for axis in 0..3 {
                 sum[axis] += C[i][axis] as f64 * g;
             }
@@ -280,11 +286,13 @@ impl<T: Real> Fluid<T> {
     }
 
     /// Populations of a cell of the block after streaming, minus their weights.
-    pub fn populations(&self, [x, y, z]: [usize; 3]) -> [T; Q] {
+    pub fn populations(&self, [x, y, z]: [usize; 3]) -> [S; Q] {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         self.layout.slots(self.phase, cell).map(|slot| self.populations[slot])
     }
 }
 
+#[cfg(test)]
+mod half_tests;
 #[cfg(test)]
 mod tests;

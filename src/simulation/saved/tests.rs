@@ -175,6 +175,13 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
 }
 
 #[test]
+fn populations_in_16_bits_go_on_to_the_bit_on_any_ranks() {
+    let mut setup = setup(CASE);
+    setup.plan.precision = Precision::F16;
+    goes_on(&setup, 13, 30, &[1, 4]);
+}
+
+#[test]
 fn a_dry_run_goes_on_to_the_bit() {
     let (before, after) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
     let dry = format!("{}[dry]\ntime_step = 2e-5\n{}", &CASE[..before], &CASE[after..]);

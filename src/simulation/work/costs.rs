@@ -6,7 +6,7 @@
 //!
 //! | constant | from |
 //! |---|---|
-//! | cell | `fluid` of `hindered_settling --fluid-only`, in f32 and f64 |
+//! | cell | `fluid` of `hindered_settling --fluid-only`, in f32 and f64; in f16 by its ratio to f32 on one core of an Intel Xeon of 2.5 GHz |
 //! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells and the time of a cell (AVX2, another machine): spheres 5.2 at N 10, 4.7 at N 9, 2.9 at N 18; `cubes_settling` 7.1, `stl_particles` 8; `shear_cell` (ellipsoids) 4.4 |
 //! | particle | `dem` of `--no-contact` (60 ns) and the search for pairs (190 ns, `hindered_settling` at N 18 without a contact) |
 //! | contact | rest of `dem` over the contacts: `hindered_settling` at volume fraction 0.3, `cubes_settling`, `ellipsoids`, and `hindered_settling` with `contact.geometry = "sampled"` |
@@ -17,9 +17,10 @@ use crate::contact::{ContactModel, Geometry, sampled};
 use crate::fluid::Precision;
 use crate::particle::Template;
 
-/// The value for populations in single or in double precision.
-pub(super) fn by_precision<V>(precision: Precision, single: V, double: V) -> V {
+/// The value for populations in half, in single or in double precision.
+pub(super) fn by_precision<V>(precision: Precision, half: V, single: V, double: V) -> V {
     match precision {
+        Precision::F16 => half,
         Precision::F32 => single,
         Precision::F64 => double,
     }
@@ -27,17 +28,17 @@ pub(super) fn by_precision<V>(precision: Precision, single: V, double: V) -> V {
 
 /// A cell update (s).
 pub(super) fn cell(precision: Precision) -> f64 {
-    by_precision(precision, 5.0e-9, 5.6e-9)
+    by_precision(precision, 4.5e-9, 5.0e-9, 5.6e-9)
 }
 
 /// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
 pub fn bytes_per_cell(precision: Precision) -> f64 {
-    by_precision(precision, 110.0, 190.0)
+    by_precision(precision, 60.0, 110.0, 190.0)
 }
 
 /// A cell of a face: packing, unpacking (s).
 pub(super) fn face(precision: Precision) -> f64 {
-    by_precision(precision, 2.9e-9, 4.5e-9)
+    by_precision(precision, 2.4e-9, 2.9e-9, 4.5e-9)
 }
 
 /// A particle on a rank, owned or ghost, with the search for pairs (s).

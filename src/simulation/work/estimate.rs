@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
 /// Version of the file.
-const FORMAT: u64 = 1;
+const FORMAT: u64 = 2;
 /// Times over the estimates with the built-in costs that a machine can have.
 const FACTORS: std::ops::Range<f64> = 0.01..100.0;
 
@@ -36,7 +36,7 @@ pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
     let calibration = file().and_then(|path| Calibration::read(&path));
     let factor = calibration
         .as_ref()
-        .map_or(1.0, |found| by_precision(setup.plan.precision, found.single, found.double));
+        .map_or(1.0, |found| by_precision(setup.plan.precision, found.half, found.single, found.double));
     let ranks = cut.ranks();
     // Threads may share cores; the cores of processes are unknown.
     let turns = match comm::launched() {
@@ -59,24 +59,27 @@ pub struct Calibration {
     cores: usize,
     /// Threads it was measured on.
     pub threads: usize,
-    /// Time of a step over that with the built-in costs, with populations in single precision.
+    /// Time of a step over that with the built-in costs, with populations in half precision.
+    pub half: f64,
+    /// The same in single precision.
     pub single: f64,
     /// The same in double precision.
     pub double: f64,
 }
 
 impl Calibration {
-    /// Of this machine, from measured over estimated times in single and double precision.
-    pub(in crate::simulation) fn new(threads: usize, [single, double]: [f64; 2]) -> Self {
-        Self { format: FORMAT, processor: processor(), cores: cores(), threads, single, double }
+    /// Of this machine, from measured over estimated times in half, single and double precision.
+    pub(in crate::simulation) fn new(threads: usize, [half, single, double]: [f64; 3]) -> Self {
+        Self { format: FORMAT, processor: processor(), cores: cores(), threads, half, single, double }
     }
 
     /// The contents of a file, if it is whole and of this machine.
     fn read(path: &Path) -> Option<Self> {
         let bytes = input::read(path, input::RECORD).ok()?;
         let read: Self = serde_json::from_slice(&bytes).ok()?;
-        let here = Self::new(read.threads, [read.single, read.double]);
-        let sound = FACTORS.contains(&read.single) && FACTORS.contains(&read.double);
+        let factors = [read.half, read.single, read.double];
+        let here = Self::new(read.threads, factors);
+        let sound = factors.iter().all(|factor| FACTORS.contains(factor));
         Some(read).filter(|read| *read == here && sound)
     }
 
@@ -122,7 +125,7 @@ mod tests {
     fn a_calibration_is_read_back_and_what_is_missing_damaged_or_of_another_machine_is_ignored() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("costs.json");
-        let here = Calibration::new(2, [1.5, 1.25]);
+        let here = Calibration::new(2, [1.75, 1.5, 1.25]);
         let read = |text: &str| {
             std::fs::write(&path, text).unwrap();
             Calibration::read(&path)

@@ -54,8 +54,12 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<bool> {
 fn calibrate(threads: usize) -> Result<()> {
     let found = simulation::calibrate(threads)?;
     let remark = format!("times as long as with the built-in costs, on {} threads", found.threads);
-    let rows =
-        [row("f32", format!("{:.2}", found.single), remark), row("f64", format!("{:.2}", found.double), "")];
+    let factor = |factor: f64| format!("{factor:.2}");
+    let rows = [
+        row("f32", factor(found.single), remark),
+        row("f64", factor(found.double), ""),
+        row("f16", factor(found.half), ""),
+    ];
     let kept = match found.keep()? {
         Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
         None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),

@@ -5,22 +5,25 @@ use super::method::sweep_alone;
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::{Boundary, CellState, Flow, Fluid, FluidParams, Precision, WallLoad};
+use crate::fluid::{Boundary, CellState, F16, Flow, Fluid, FluidParams, Precision, WallLoad};
 
-/// The fluid of one block, of either [`Precision`], in lattice units; see [`Fluid`].
+/// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
 pub enum AnyFluid {
     /// Populations of four bytes.
     F32(Box<Fluid<f32>>),
     /// Populations of eight bytes.
     F64(Box<Fluid<f64>>),
+    /// Populations of two bytes.
+    F16(Box<Fluid<F16>>),
 }
 
-/// The same words for both precisions.
+/// The same words for all precisions.
 macro_rules! either {
     ($of:expr, $fluid:ident => $words:expr) => {
         match $of {
             AnyFluid::F32($fluid) => $words,
             AnyFluid::F64($fluid) => $words,
+            AnyFluid::F16($fluid) => $words,
         }
     };
 }
@@ -40,6 +43,7 @@ impl AnyFluid {
         Ok(match precision {
             Precision::F32 => Self::F32(Box::new(Fluid::new(decomposition, comm, params, boundary)?)),
             Precision::F64 => Self::F64(Box::new(Fluid::new(decomposition, comm, params, boundary)?)),
+            Precision::F16 => Self::F16(Box::new(Fluid::new(decomposition, comm, params, boundary)?)),
         })
     }
 
@@ -48,6 +52,7 @@ impl AnyFluid {
         match precision {
             Precision::F32 => Fluid::<f32>::SAVED_BYTES,
             Precision::F64 => Fluid::<f64>::SAVED_BYTES,
+            Precision::F16 => Fluid::<F16>::SAVED_BYTES,
         }
     }
 
@@ -56,6 +61,7 @@ impl AnyFluid {
         match self {
             Self::F32(_) => Precision::F32,
             Self::F64(_) => Precision::F64,
+            Self::F16(_) => Precision::F16,
         }
     }
 

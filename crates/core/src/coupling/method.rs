@@ -7,7 +7,7 @@ use super::mapper::{Image, Mapper};
 use super::saturated::Saturated;
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, CellState, ExchangeSum, Flow, Fluid, Real, RigidMotion, RowSegments, Simd, SolidModel,
+    BlockSolids, CellState, ExchangeSum, Flow, Fluid, Population, RigidMotion, RowSegments, Simd, SolidModel,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -108,9 +108,9 @@ impl Coupling {
 
     /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
     /// acceleration (cells per step squared); with `measure`, returns measurements of the cells before. Collective.
-    pub fn sweep<T: Real>(
+    pub fn sweep<S: Population>(
         &mut self,
-        fluid: &mut Fluid<T>,
+        fluid: &mut Fluid<S>,
         acceleration: [f64; 3],
         measure: bool,
     ) -> Option<Flow> {
@@ -122,14 +122,14 @@ impl Coupling {
 
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
     /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
-    pub fn measure<T: Real>(&mut self, fluid: &Fluid<T>) -> (Flow, [i128; 6]) {
+    pub fn measure<S: Population>(&mut self, fluid: &Fluid<S>) -> (Flow, [i128; 6]) {
         with_method!(self.params.method, method => fluid.measure(&self.solids(method)))
     }
 
     /// [`Fluid::each_cell`] with the mapped particles.
-    pub fn each_cell<T: Real>(
+    pub fn each_cell<S: Population>(
         &mut self,
-        fluid: &Fluid<T>,
+        fluid: &Fluid<S>,
         cells: Block,
         acceleration: [f64; 3],
         visit: &mut dyn FnMut(CellState),
@@ -141,8 +141,8 @@ impl Coupling {
 }
 
 /// [`Fluid::sweep`] without particles. Collective.
-pub(crate) fn sweep_alone<T: Real>(
-    fluid: &mut Fluid<T>,
+pub(crate) fn sweep_alone<S: Population>(
+    fluid: &mut Fluid<S>,
     acceleration: [f64; 3],
     measure: bool,
 ) -> Option<Flow> {

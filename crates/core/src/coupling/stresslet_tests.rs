@@ -5,7 +5,7 @@ use super::wall_tests::walls;
 use super::*;
 use crate::comm::on_threads;
 use crate::domain::{Decomposition, Domain};
-use crate::fluid::{Boundary, Fluid};
+use crate::fluid::{Boundary, F16, Fluid};
 use crate::math::{Vec3, from_fixed_wide};
 use crate::particle::Particle;
 
@@ -19,14 +19,14 @@ fn three() -> [Particle; 3] {
 }
 
 /// The sums after some steps, each of which gets beforehand what it will measure.
-fn measured<T: Real>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
+fn measured<S: Population>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
     let domain = Domain { periodic: [true, true, false], cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let store = store(&decomposition, comm.rank(), &three(), 0.6);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
+        let mut fluid = Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);
         let mut sums = [0; 6];
         for step in 0..7 {
@@ -51,6 +51,7 @@ fn a_measurement_foretells_the_next_sweep_to_the_bit_and_is_the_same_on_any_bloc
         let (single, double) = (measured::<f32>(solids, [1, 1, 1]), measured::<f64>(solids, [1, 1, 1]));
         assert_eq!(measured::<f32>(solids, [2, 1, 2]), single, "{solids:?}");
         assert_eq!(measured::<f64>(solids, [3, 2, 2]), double, "{solids:?}");
+        assert_eq!(measured::<F16>(solids, [2, 1, 2]), measured::<F16>(solids, [1, 1, 1]), "{solids:?}");
         let [single, double] = [single, double].map(|sums| sums.map(from_fixed_wide));
         let largest = double.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         for (s, d) in single.into_iter().zip(double) {

@@ -3,7 +3,7 @@
 use super::*;
 use crate::comm::{Comm, on_threads};
 use crate::domain::Domain;
-use crate::fluid::{Boundary, Collision, FluidParams, Simd};
+use crate::fluid::{Boundary, Collision, F16, FluidParams, Simd};
 use crate::lattice::{C, Q, opposite};
 use crate::math::from_fixed_wide;
 use crate::particle::Template;
@@ -63,7 +63,7 @@ pub(super) fn store(
 }
 
 /// Loads on all particles (by id) after `steps` steps from a flow, particles held where they are.
-fn loads_after<T: Real>(
+fn loads_after<S: Population>(
     solids: Method,
     particles: &[Particle],
     radius: f64,
@@ -76,7 +76,7 @@ fn loads_after<T: Real>(
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
         let mut fluid =
-            Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &Boundary::none()).unwrap();
+            Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &Boundary::none()).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), radius);
         fluid.set_equilibrium(&flow);
         let mut loads = Vec::new();
@@ -104,6 +104,7 @@ fn a_resting_sphere_in_resting_fluid_feels_exactly_nothing() {
         for load in [
             loads_after::<f32>(solids, &[sphere], 0.6, ranks, 20, rest),
             loads_after::<f64>(solids, &[sphere], 0.6, ranks, 20, rest),
+            loads_after::<F16>(solids, &[sphere], 0.6, ranks, 20, rest),
         ] {
             println!("{solids:?}, {ranks} ranks: {:?}", load[0]);
             assert_eq!(load[0], Load::default());

@@ -32,7 +32,7 @@ struct Outcome {
     free: f64,
 }
 
-fn run<T: Real>(
+fn run<S: Population>(
     solids: Method,
     grid: [usize; 3],
     particles: &[Particle],
@@ -46,7 +46,7 @@ fn run<T: Real>(
     let parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let store = store(&decomposition, comm.rank(), particles, 0.6);
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
+        let mut fluid = Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         fluid.set_equilibrium(|_| (density, [0.0; 3]));
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);
         let mut loads = Vec::new();

@@ -4,6 +4,7 @@ use super::bodies::BlockSolids;
 use super::kernel::{Measured, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
+use super::population::{F16, Population, PopulationLanes};
 use super::simd::{Lanes, Single, Tally};
 use super::solid::{CHUNK, SolidModel, SolidRow};
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
@@ -11,7 +12,7 @@ use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
 
-/// Storage type of populations: `f32` or `f64`.
+/// What kernels compute with: `f32` or `f64`.
 pub trait Real: Pod + Send + Sync + PartialOrd + From<f32> + Into<f64> + Lanes<Self> {
     /// 0.
     const ZERO: Self;
@@ -25,16 +26,12 @@ pub trait Real: Pod + Send + Sync + PartialOrd + From<f32> + Into<f64> + Lanes<S
     /// # Safety
     /// As many numbers as a register holds can be read at `p`.
     unsafe fn widen<D: Tally>(p: *const Self) -> D;
-    #[doc(hidden)]
-    fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>);
-    #[doc(hidden)]
-    fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]);
 }
 
 /// A sweep of a part of the rows of a block.
 #[doc(hidden)]
-pub struct Sweep<'a, 'b, T: Real, M> {
-    pub(super) fluid: &'a mut Fluid<T>,
+pub struct Sweep<'a, 'b, S: Population, M> {
+    pub(super) fluid: &'a mut Fluid<S>,
     /// The rows next to other ranks in y and z, or the others.
     pub(super) first: bool,
     pub(super) acceleration: [f64; 3],
@@ -56,9 +53,16 @@ type RowFunctions<'a, T, M> = (
 /// The function that this is inlined into is compiled for the instructions of `R`, and the processor has those and the ones
 /// that the row functions are compiled for.
 #[inline(always)]
-unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, const WALLS: bool>(
-    sweep: Sweep<'_, 'b, T, M>,
-    (fill, collect): RowFunctions<'b, T, M>,
+unsafe fn sweep_block<
+    'b,
+    S: Population,
+    R: PopulationLanes<S>,
+    M: SolidModel,
+    const TRT: bool,
+    const WALLS: bool,
+>(
+    sweep: Sweep<'_, 'b, S, M>,
+    (fill, collect): RowFunctions<'b, S::Number, M>,
 ) {
     let Sweep { fluid, first, acceleration, solids, mut flow } = sweep;
     let [nx, ny, nz] = fluid.layout.size;
@@ -87,7 +91,7 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
                 walls.each(|cells| fluid.solid_row.clear_fractions(cells));
             }
             let cell = layout.cell(0, y as isize, z as isize);
-            let mut slots: Slots<T> = [base; Q];
+            let mut slots: Slots<S> = [base; Q];
             for (slot, from_first) in slots.iter_mut().zip(from_first) {
                 // SAFETY: slots of real cells are inside the buffer (tested in `layout`).
                 *slot = unsafe { base.add(cell.wrapping_add(from_first)) };
@@ -98,9 +102,9 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if flow.is_some() {
-                    sweep_row::<T, R, M, TRT, true>(&slots, &row, model, dead, solid, measured);
+                    sweep_row::<S, R, M, TRT, true>(&slots, &row, model, dead, solid, measured);
                 } else {
-                    sweep_row::<T, R, M, TRT, false>(&slots, &row, model, dead, solid, measured);
+                    sweep_row::<S, R, M, TRT, false>(&slots, &row, model, dead, solid, measured);
                 }
             }
             if let Some(walls) = walls {
@@ -132,15 +136,16 @@ unsafe fn sweep_block<'b, T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, 
 }
 
 /// Parameters of all rows of a block.
-pub(super) fn row_of<T: Real>(fluid: &Fluid<T>, acceleration: [f64; 3]) -> Row<T> {
+pub(super) fn row_of<S: Population>(fluid: &Fluid<S>, acceleration: [f64; 3]) -> Row<S::Number> {
+    let number = S::Number::from_f64;
     Row {
         chunks: fluid.layout.chunks_per_row(),
         factors: RelaxationFactors {
-            even: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[0]),
-            odd: T::from_f64(1.0 - 1.0 / fluid.relaxation_times[1]),
+            even: number(1.0 - 1.0 / fluid.relaxation_times[0]),
+            odd: number(1.0 - 1.0 / fluid.relaxation_times[1]),
         },
-        acceleration: acceleration.map(T::from_f64),
-        above_half: T::from_f64(fluid.relaxation_times[0] - 0.5),
+        acceleration: acceleration.map(number),
+        above_half: number(fluid.relaxation_times[0] - 0.5),
     }
 }
 
@@ -222,7 +227,7 @@ impl WrapX {
 }
 
 macro_rules! compiled_for {
-    ($t:ty, $lanes:ty, $registers:ty, $sweep:ident, $fill:ident, $collect:ident $(, $feature:literal)?) => {
+    ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident] $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
         fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, data: &mut SolidRow<$t>) {
@@ -235,15 +240,38 @@ macro_rules! compiled_for {
             unsafe { solids.collect::<$t, $registers>(row, data) };
         }
         $(#[target_feature(enable = $feature)])?
-        fn $sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<$t, M>) {
+        fn $sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<$s, M>) {
             // SAFETY: `$lanes` and the two functions need the same instructions as this one.
-            unsafe { sweep_block::<$t, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>)) };
+            unsafe { sweep_block::<$s, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>)) };
+        }
+    };
+    ($s:ty, $lanes:ty, $measure:ident $(, $feature:literal)?) => {
+        $(#[target_feature(enable = $feature)])?
+        fn $measure<M: SolidModel>(fluid: &Fluid<$s>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
+            // SAFETY: `$lanes` needs the same instructions as this function.
+            unsafe { measure_block::<$s, $lanes, M>(fluid, solids) }
+        }
+    };
+}
+
+/// Calls the function that is compiled for the instruction set of the fluid.
+#[cfg(target_arch = "x86_64")]
+macro_rules! call {
+    ($simd:expr, [$scalar:expr, $sse2:expr, $avx2:expr, $avx512:expr]($($argument:expr),*)) => {
+        match $simd {
+            // SAFETY: `Fluid::new` checked that the processor has the instructions.
+            Simd::Avx512 => unsafe { $avx512($($argument),*) },
+            // SAFETY: `Fluid::new` checked that the processor has the instructions.
+            Simd::Avx2 => unsafe { $avx2($($argument),*) },
+            // SAFETY: `Fluid::new` checked that the processor has the instructions.
+            Simd::Sse2 => unsafe { $sse2($($argument),*) },
+            Simd::Scalar => $scalar($($argument),*),
         }
     };
 }
 
 macro_rules! real {
-    ($t:ty, $sse2:ident, $avx2:ident, $avx512:ident, |$p:ident| $widen:expr) => {
+    ($t:ty, |$p:ident| $widen:expr) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -260,35 +288,75 @@ macro_rules! real {
                 // SAFETY: promised by the caller: as many numbers can be read.
                 unsafe { $widen }
             }
+        }
+    };
+}
+real!(f32, |p| D::widen(p));
+real!(f64, |p| D::load(p));
+
+macro_rules! population {
+    ($s:ty as $t:ty: $is_converted:literal, $sse2:ident, $avx2:ident, $avx512:ident, |$stored:ident| $read:expr, |$g:ident| $round:expr,
+     |$kept:ident, $mask:ident| $masked:expr) => {
+        impl Population for $s {
+            type Number = $t;
+            const IS_CONVERTED: bool = $is_converted;
+
+            #[inline(always)]
+            fn read(self) -> $t {
+                let $stored = self;
+                $read
+            }
+
+            #[inline(always)]
+            fn round($g: $t) -> Self {
+                $round
+            }
+
+            #[inline(always)]
+            fn masked(self, $mask: $t) -> Self {
+                let $kept = self;
+                $masked
+            }
 
             fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>) {
-                compiled_for!($t, $t, Single, scalar, fill_scalar, collect_scalar);
+                compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar]);
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
-                    compiled_for!($t, $sse2, Narrow, sse2, fill_sse2, collect_sse2, "fma");
-                    compiled_for!($t, $avx2, Wide, avx2, fill_avx2, collect_avx2, "avx2,fma");
-                    compiled_for!($t, $avx512, Wide, avx512, fill_avx512, collect_avx512, "avx512f");
-                    match sweep.fluid.params.simd {
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx512 => unsafe { avx512::<M, TRT, WALLS>(sweep) },
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Avx2 => unsafe { avx2::<M, TRT, WALLS>(sweep) },
-                        // SAFETY: `Fluid::new` checked that the processor has the instructions.
-                        Simd::Sse2 => unsafe { sse2::<M, TRT, WALLS>(sweep) },
-                        Simd::Scalar => scalar::<M, TRT, WALLS>(sweep),
-                    }
+                    compiled_for!($s, $t, $sse2, Narrow, [sse2, fill_sse2, collect_sse2], "fma,f16c");
+                    compiled_for!($s, $t, $avx2, Wide, [avx2, fill_avx2, collect_avx2], "avx2,fma,f16c");
+                    compiled_for!($s, $t, $avx512, Wide, [avx512, fill_avx512, collect_avx512], "avx512f");
+                    call!(
+                        sweep.fluid.params.simd,
+                        [
+                            scalar::<M, TRT, WALLS>,
+                            sse2::<M, TRT, WALLS>,
+                            avx2::<M, TRT, WALLS>,
+                            avx512::<M, TRT, WALLS>
+                        ](sweep)
+                    );
                 }
                 #[cfg(not(target_arch = "x86_64"))]
                 scalar::<M, TRT, WALLS>(sweep);
             }
 
             fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
-                // SAFETY: this function is compiled for the instructions of single numbers, as all are.
-                unsafe { measure_block::<$t, $t, M>(fluid, solids) }
+                compiled_for!($s, $t, scalar);
+                #[cfg(target_arch = "x86_64")]
+                {
+                    use super::simd::{$avx2, $avx512, $sse2};
+                    compiled_for!($s, $sse2, sse2, "fma,f16c");
+                    compiled_for!($s, $avx2, avx2, "avx2,fma,f16c");
+                    compiled_for!($s, $avx512, avx512, "avx512f");
+                    call!(fluid.params.simd, [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, solids))
+                }
+                #[cfg(not(target_arch = "x86_64"))]
+                scalar::<M>(fluid, solids)
             }
         }
     };
 }
-real!(f32, F32x4, F32x8, F32x16, |p| D::widen(p));
-real!(f64, F64x2, F64x4, F64x8, |p| D::load(p));
+population!(f32 as f32: false, F32x4, F32x8, F32x16, |g| g, |g| g, |g, mask| g * mask);
+population!(f64 as f64: false, F64x2, F64x4, F64x8, |g| g, |g| g, |g, mask| g * mask);
+population!(F16 as f32: true, F32x4, F32x8, F32x16, |g| g.number(), |g| Self::from_number(g),
+    |g, mask| if mask == 0.0 { Self::default() } else { g });

@@ -13,6 +13,7 @@
 //! Phys. 3, 427.
 
 use super::Real;
+use super::population::{Population, PopulationLanes};
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidModel, SolidRow};
 use crate::lattice::Q;
@@ -27,18 +28,21 @@ pub struct Moments<R> {
     pub(crate) u: [R; 3],
 }
 
-/// Moments of a register of cells.
+/// Moments of a register of cells from scaled populations.
 #[inline(always)]
-pub(crate) fn moments<T: Real, R: Lanes<T>>(g: &[R; Q]) -> Moments<R> {
+pub(crate) fn moments<S: Population, R: PopulationLanes<S>>(g: &[R; Q]) -> Moments<R> {
     let pair = |i: usize| (g[i] + g[i + 1], g[i] - g[i + 1]);
     let ((s1, d1), (s3, d3), (s5, d5)) = (pair(1), pair(3), pair(5));
     let ((s7, d7), (s9, d9), (s11, d11)) = (pair(7), pair(9), pair(11));
     let ((s13, d13), (s15, d15), (s17, d17)) = (pair(13), pair(15), pair(17));
-    let deviation = ((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17);
-    let rho = R::splat(T::ONE) + deviation;
+    let deviation = (((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17)).unscaled();
+    let rho = R::splat(S::Number::ONE) + deviation;
     let over_rho = rho.recip();
-    let momentum =
-        [d1 + ((d7 + d9) + (d11 + d13)), d3 + ((d7 - d9) + (d15 + d17)), d5 + ((d11 - d13) + (d15 - d17))];
+    let momentum = [
+        (d1 + ((d7 + d9) + (d11 + d13))).unscaled(),
+        (d3 + ((d7 - d9) + (d15 + d17))).unscaled(),
+        (d5 + ((d11 - d13) + (d15 - d17))).unscaled(),
+    ];
     let u = [momentum[0] * over_rho, momentum[1] * over_rho, momentum[2] * over_rho];
     Moments { deviation, momentum, rho, u }
 }
@@ -158,25 +162,57 @@ impl<R: Copy> Relaxation<R> {
         }
     }
 
+    /// The same for scaled populations.
+    #[inline(always)]
+    fn scaled<S: Population>(&self) -> Self
+    where
+        R: PopulationLanes<S>,
+    {
+        let (mut all, Self { base: [axis, diagonal], .. }) = (*self, *self);
+        all.base = [axis.scaled(), diagonal.scaled()];
+        // Loops: what `map` calls is not always inlined.
+        for term in &mut all.quadratic {
+            *term = term.scaled();
+        }
+        for term in &mut all.linear {
+            *term = term.scaled();
+        }
+        all
+    }
+
     /// Changes the populations of the cells at `x` in memory, and returns the one at rest. They are read again, as there are
-    /// more of them than registers.
+    /// more of them than registers, unless they are `kept`, scaled, since it takes a conversion.
     ///
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots.
     #[inline(always)]
-    pub(crate) unsafe fn apply<T: Real, const PAIRS: bool>(&self, slots: &Slots<T>, x: usize) -> R
+    pub(crate) unsafe fn apply<S: Population, const PAIRS: bool>(
+        &self,
+        slots: &Slots<S>,
+        x: usize,
+        kept: Option<&[R; Q]>,
+    ) -> R
     where
-        R: Lanes<T>,
+        R: PopulationLanes<S>,
     {
+        let scaled = self.scaled::<S>();
         // SAFETY: promised by the caller.
         unsafe {
-            let at_rest = self.at_rest(R::load(slots[0].add(x)));
-            at_rest.store(slots[0].add(x));
+            let at_rest = scaled.at_rest(match kept {
+                Some(g) => g[0],
+                None => R::load_scaled(slots[0].add(x)),
+            });
+            at_rest.store_scaled(slots[0].add(x));
             for i in (1..Q).step_by(2) {
-                let pair = [R::load(slots[i].add(x)), R::load(slots[i + 1].add(x))];
-                store_pair(slots, x, i, self.pair::<T, PAIRS>(i, pair));
+                let pair = match kept {
+                    Some(g) => [g[i], g[i + 1]],
+                    None => [R::load_scaled(slots[i].add(x)), R::load_scaled(slots[i + 1].add(x))],
+                };
+                let [there, back] = scaled.pair::<S::Number, PAIRS>(i, pair);
+                there.store_scaled(slots[i + 1].add(x));
+                back.store_scaled(slots[i].add(x));
             }
-            at_rest
+            at_rest.unscaled()
         }
     }
 }
@@ -186,22 +222,22 @@ impl<R: Copy> Relaxation<R> {
 /// # Safety
 /// `WIDTH` numbers can be written at `x` of all slots.
 #[inline(always)]
-pub(crate) unsafe fn store_pair<T: Real, R: Lanes<T>>(
-    slots: &Slots<T>,
+pub(crate) unsafe fn store_pair<S: Population, R: PopulationLanes<S>>(
+    slots: &Slots<S>,
     x: usize,
     i: usize,
     [there, back]: [R; 2],
 ) {
     // SAFETY: promised by the caller.
     unsafe {
-        there.store(slots[i + 1].add(x));
-        back.store(slots[i].add(x));
+        there.store_populations(slots[i + 1].add(x));
+        back.store_populations(slots[i].add(x));
     }
 }
 
 /// Memory slots of the populations of the first cell of a row: `slots[i]` is read as `f_i` and written as `f'` of the
 /// opposite direction.
-pub(crate) type Slots<T> = [*mut T; Q];
+pub(crate) type Slots<S> = [*mut S; Q];
 
 /// Data of a row besides its populations.
 pub struct Row<T> {
@@ -240,13 +276,19 @@ const AHEAD: usize = 768;
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read and written at `slots[i]`, and no two of these ranges overlap.
 #[inline(always)]
-pub(crate) unsafe fn sweep_row<T: Real, R: Lanes<T>, M: SolidModel, const TRT: bool, const MEASURE: bool>(
-    slots: &Slots<T>,
-    row: &Row<T>,
+pub(crate) unsafe fn sweep_row<
+    S: Population,
+    R: PopulationLanes<S>,
+    M: SolidModel,
+    const TRT: bool,
+    const MEASURE: bool,
+>(
+    slots: &Slots<S>,
+    row: &Row<S::Number>,
     model: M,
     dead: &[bool],
-    solids: &mut SolidRow<T>,
-    measured: &mut Measured<T>,
+    solids: &mut SolidRow<S::Number>,
+    measured: &mut Measured<S::Number>,
 ) {
     let [ax, ay, az] = row.acceleration;
     let a = [R::splat(ax), R::splat(ay), R::splat(az)];
@@ -256,27 +298,28 @@ pub(crate) unsafe fn sweep_row<T: Real, R: Lanes<T>, M: SolidModel, const TRT: b
         }
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
-            if x.is_multiple_of(LINE / size_of::<T>()) {
+            if x.is_multiple_of(LINE / size_of::<S>()) {
                 for slot in slots {
                     prefetch(slot.wrapping_add(x).wrapping_byte_add(AHEAD));
                 }
             }
             // A loop: what `array::from_fn` calls is not always inlined, and then not compiled for the instruction set.
-            let mut g = [R::splat(T::ONE); Q];
+            let mut g = [R::splat(S::Number::ONE); Q];
             for (g, slot) in g.iter_mut().zip(slots) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-                *g = unsafe { R::load(slot.add(x)) };
+                *g = unsafe { R::load_scaled(slot.add(x)) };
             }
-            let cells = moments(&g);
+            let cells = moments::<S, R>(&g);
             let mean = if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
-                unsafe { model.collide::<T, R, TRT>(slots, &cells, a, row, solids, x) }
+                unsafe { model.collide::<S, R, TRT>(slots, &cells, a, row, solids, x) }
             } else {
                 let u = cells.u;
                 let target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
-                let relaxation = Relaxation::new::<T, TRT>(&cells, target, row.factors, None);
+                let relaxation = Relaxation::new::<S::Number, TRT>(&cells, target, row.factors, None);
+                let kept = if S::IS_CONVERTED { Some(&g) } else { None };
                 // SAFETY: as for the loads.
-                unsafe { relaxation.apply::<T, TRT>(slots, x) };
+                unsafe { relaxation.apply::<S, TRT>(slots, x, kept) };
                 cells.momentum
             };
             if MEASURE {

@@ -17,6 +17,7 @@
 use super::bodies::BlockSolids;
 use super::dispatch::{observe_row, row_of};
 use super::kernel::{Measured, Moments, Row, moments, put};
+use super::population::{Population, PopulationLanes};
 use super::simd::Lanes;
 use super::solid::{CHUNK, Covered, Measure, SolidModel, SolidRow};
 use super::{Flow, Fluid, Real};
@@ -29,20 +30,21 @@ use crate::math::to_fixed;
 /// # Safety
 /// The function that this is inlined into is compiled for the instructions of `R`, and the processor has them.
 #[inline(always)]
-pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, M: SolidModel>(
-    fluid: &Fluid<T>,
+pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, M: SolidModel>(
+    fluid: &Fluid<S>,
     solids: &BlockSolids<M>,
 ) -> (Flow, [i128; 6]) {
     let ([nx, ny, nz], lo, layout) = (fluid.layout.size, fluid.block.lo, &fluid.layout);
     let (row, model) = (row_of(fluid, [0.0; 3]), solids.model);
     let mut solid = SolidRow::new(row.chunks);
-    let mut measured = Measured { momentum: std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]) };
-    let mut reflected: [Vec<T>; 6] = std::array::from_fn(|_| vec![T::ZERO; row.chunks * CHUNK]);
+    let zeros = || vec![S::Number::ZERO; row.chunks * CHUNK];
+    let mut measured = Measured { momentum: std::array::from_fn(|_| zeros()) };
+    let mut reflected = std::array::from_fn(|_| zeros());
     let (mut flow, mut stresslet) = (Flow::default(), [0; 6]);
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
-        solids.fill::<T, R>(y + ny * z, &mut solid);
+        solids.fill::<S::Number, R>(y + ny * z, &mut solid);
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_fractions(cells));
         }
@@ -51,7 +53,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, M: SolidModel>(
         let dead = walls.map_or(&[][..], |walls| &walls.dead);
         // SAFETY: the slices above are as long as the chunks.
         unsafe {
-            measure_row::<T, R, _>(&slots, &row, model, dead, &mut solid, &mut measured, &mut reflected);
+            measure_row::<S, R, _>(&slots, &row, model, dead, &mut solid, &mut measured, &mut reflected);
         }
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_exchanged(cells));
@@ -59,7 +61,7 @@ pub(super) unsafe fn measure_block<T: Real, R: Lanes<T>, M: SolidModel>(
         }
         observe_row(&measured, nx, [lo[0], lo[1] + y, lo[2] + z], &mut flow);
         flow.solid += i128::from(solid.fraction_total());
-        for x in (0..nx).filter(|&x| solid.is_used(x, 1) && solid.fraction[x] > T::ZERO) {
+        for x in (0..nx).filter(|&x| solid.is_used(x, 1) && solid.fraction[x] > S::Number::ZERO) {
             for (sum, reflected) in stresslet.iter_mut().zip(&reflected) {
                 *sum -= i128::from(to_fixed(reflected[x].into()));
             }
@@ -130,31 +132,34 @@ fn deviation_of_flux<T: Real, R: Lanes<T>>(
 /// # Safety
 /// For every `i`, `chunks * CHUNK` numbers can be read at `slots[i]`.
 #[inline(always)]
-unsafe fn measure_row<T: Real, R: Lanes<T>, M: SolidModel>(
-    slots: &[*const T; Q],
-    row: &Row<T>,
+unsafe fn measure_row<S: Population, R: PopulationLanes<S>, M: SolidModel>(
+    slots: &[*const S; Q],
+    row: &Row<S::Number>,
     model: M,
     dead: &[bool],
-    solids: &mut SolidRow<T>,
-    measured: &mut Measured<T>,
-    reflected: &mut [Vec<T>; 6],
+    solids: &mut SolidRow<S::Number>,
+    measured: &mut Measured<S::Number>,
+    reflected: &mut [Vec<S::Number>; 6],
 ) {
     for chunk in (0..row.chunks).filter(|&chunk| dead.get(chunk) != Some(&true)) {
         for first in (0..CHUNK).step_by(R::WIDTH) {
             let x = chunk * CHUNK + first;
-            let mut g = [R::splat(T::ONE); Q];
+            let mut g = [R::splat(S::Number::ONE); Q];
             for (g, slot) in g.iter_mut().zip(slots) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK, promised readable by the caller.
-                *g = unsafe { R::load(slot.add(x)) };
+                *g = unsafe { R::load_scaled(slot.add(x)) };
             }
-            let cells = moments(&g);
+            let cells = moments::<S, R>(&g);
             let mut mean = cells.momentum;
             if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
-                let covered = unsafe { Covered::<R>::load::<T, M>(solids, x) };
+                let covered = unsafe { Covered::<R>::load::<S::Number, M>(solids, x) };
                 let measure: Measure<R> = model.measure(&cells, &covered, row);
                 mean = measure.mean;
                 if let Some(b) = measure.reflected {
+                    for g in &mut g {
+                        *g = g.unscaled();
+                    }
                     for (reflected, stress) in reflected.iter_mut().zip(deviation_of_flux(&g, &cells)) {
                         // SAFETY: the array has `chunks * CHUNK` numbers.
                         unsafe { put(reflected, x, b * stress) };

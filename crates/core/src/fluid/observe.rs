@@ -3,7 +3,7 @@
 use super::bodies::BlockSolids;
 use super::buffer::Buffer;
 use super::solid::{SolidModel, SolidRow};
-use super::{Flow, Fluid, Real, WallLoad};
+use super::{Flow, Fluid, Population, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -21,10 +21,10 @@ pub struct CellState {
     pub solid_fraction: f64,
 }
 
-impl<T: Real> Fluid<T> {
+impl<S: Population> Fluid<S> {
     /// Density and bare velocity of a cell of the block.
     pub fn moments(&self, cell: [usize; 3]) -> (f64, [f64; 3]) {
-        let g: [f64; Q] = self.populations(cell).map(Into::into);
+        let g: [f64; Q] = self.populations(cell).map(S::wide);
         let rho = 1.0 + g.iter().sum::<f64>();
         let u = std::array::from_fn(|a| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>() / rho);
         (rho, u)
@@ -42,11 +42,11 @@ impl<T: Real> Fluid<T> {
     ) {
         let from = |corner: [usize; 3]| std::array::from_fn(|a| corner[a] - self.block.lo[a]);
         let ([x0, y0, z0], [x1, y1, z1]): ([usize; 3], [usize; 3]) = (from(cells.lo), from(cells.hi));
-        let mut row = SolidRow::<T>::new(self.layout.chunks_per_row());
+        let mut row = SolidRow::<S::Number>::new(self.layout.chunks_per_row());
         let (model, t) = (solids.model, self.relaxation_times[0] - 0.5);
         for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
             row.clear();
-            solids.fill::<T, T>(y + self.layout.size[1] * z, &mut row);
+            solids.fill::<S::Number, S::Number>(y + self.layout.size[1] * z, &mut row);
             for x in x0..x1 {
                 if let Some(motion) = self.walls.of([x, y, z]) {
                     let cell = [x, y, z];
@@ -73,7 +73,7 @@ impl<T: Real> Fluid<T> {
     /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles
     /// ([`measure`](super::measure)); nothing changes, and no message is sent.
     pub fn measure<M: SolidModel>(&self, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
-        T::measure(self, solids)
+        S::measure(self, solids)
     }
 
     /// Force and torque on each wall in the last step over the cells of this block, as exact sums; without the pressure of a

@@ -5,25 +5,25 @@
 //! where a sweep from [`AaPhase::Even`] leaves them, and all that follows such a sweep is repeated.
 
 use super::dispatch::WrapX;
-use super::{AaPhase, Fluid, Real};
+use super::{AaPhase, Fluid, Population};
 use crate::domain::Block;
 use crate::lattice::{Q, opposite};
 use crate::math::FIXED_POINT_LIMIT;
 
-impl<T: Real> Fluid<T> {
+impl<S: Population> Fluid<S> {
     /// Bytes of a saved cell: one number for each direction, in the order of the lattice.
-    pub const SAVED_BYTES: usize = Q * size_of::<T>();
+    pub const SAVED_BYTES: usize = Q * size_of::<S>();
 
     /// Appends the cells of plane `z` of the box, which crosses the block: rows in ascending order, cells along each.
     pub fn save_plane(&self, z: usize, out: &mut Vec<u8>) {
         let [nx, ny, _] = self.layout.size;
         let z = z - self.block.lo[2];
-        let mut left = [T::ZERO; Q];
+        let mut left = [S::zeroed(); Q];
         for (y, x) in (0..ny).flat_map(|y| (0..nx).map(move |x| (y, x))) {
             let cell = self.layout.cell(x as isize, y as isize, z as isize);
             let in_wall = self.walls.of([x, y, z]).is_some();
             for (i, left) in left.iter_mut().enumerate() {
-                *left = if in_wall { T::ZERO } else { self.populations[self.left(cell, i)] };
+                *left = if in_wall { S::zeroed() } else { self.populations[self.left(cell, i)] };
             }
             out.extend_from_slice(bytemuck::cast_slice(&left));
         }
@@ -53,9 +53,9 @@ impl<T: Real> Fluid<T> {
                     let [i, j, k] = [x - lo[0], y - lo[1], z - lo[2]];
                     let cell = self.layout.cell(i as isize, j as isize, k as isize);
                     let left = saved.next().expect("bytes of all cells");
-                    for (i, g) in left.chunks_exact(size_of::<T>()).enumerate() {
-                        let (slot, population) = (self.left(cell, i), bytemuck::pod_read_unaligned::<T>(g));
-                        let size = population.into().abs();
+                    for (i, g) in left.chunks_exact(size_of::<S>()).enumerate() {
+                        let (slot, population) = (self.left(cell, i), bytemuck::pod_read_unaligned::<S>(g));
+                        let size = population.wide().abs();
                         if size.is_nan() || size >= FIXED_POINT_LIMIT {
                             return Err(format!(
                                 "the population {i} of the cell ({x}, {y}, {z}) is that of no fluid"

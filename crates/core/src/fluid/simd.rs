@@ -9,7 +9,7 @@ use std::ops::{Add, Mul, Sub};
 
 /// A register of `WIDTH` numbers of type `T`.
 ///
-/// Values of the vector types exist only inside functions compiled for their instruction set and FMA, which
+/// Values of the vector types exist only inside functions compiled for their instruction set, FMA and F16C, which
 /// [`dispatch`](super::dispatch) guarantees; that is what makes the intrinsics inside sound.
 pub trait Lanes<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     /// Numbers in the register.
@@ -197,7 +197,7 @@ mod x86 {
             /// A vector register.
             #[derive(Clone, Copy)]
             #[repr(transparent)]
-            pub(crate) struct $name($register);
+            pub(crate) struct $name(pub(in crate::fluid) $register);
 
             operator!($name, Add, add, $add);
             operator!($name, Sub, sub, $sub);
@@ -431,9 +431,9 @@ impl Simd {
         match self {
             Self::Scalar => true,
             #[cfg(target_arch = "x86_64")]
-            Self::Sse2 => is_x86_feature_detected!("fma"),
+            Self::Sse2 => is_x86_feature_detected!("fma") && is_x86_feature_detected!("f16c"),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Self::Avx2 => is_x86_feature_detected!("avx2") && Self::Sse2.is_available(),
             #[cfg(target_arch = "x86_64")]
             Self::Avx512 => is_x86_feature_detected!("avx512f"),
             #[cfg(not(target_arch = "x86_64"))]

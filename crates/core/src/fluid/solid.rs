@@ -3,6 +3,7 @@
 use super::Real;
 use super::bodies::{RowVelocity, Segment};
 use super::kernel::{Moments, Row, Slots};
+use super::population::{Population, PopulationLanes};
 use super::simd::Lanes;
 use crate::math::to_fixed;
 use std::ops::Range;
@@ -27,13 +28,13 @@ pub trait SolidModel: Copy {
     ///
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots, and the row has as many cells from there on.
-    unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
+    unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
         self,
-        slots: &Slots<T>,
+        slots: &Slots<S>,
         cells: &Moments<R>,
         a: [R; 3],
-        row: &Row<T>,
-        solids: &mut SolidRow<T>,
+        row: &Row<S::Number>,
+        solids: &mut SolidRow<S::Number>,
         x: usize,
     ) -> [R; 3];
 

@@ -10,33 +10,33 @@ use std::f64::consts::TAU;
 const BOTH: [Collision; 2] = [Collision::Bgk, Collision::Trt { magic: 0.1875 }];
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
-fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
+pub(super) fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
     FluidParams { relaxation_time, collision: Collision::Bgk, simd }
 }
 
-fn solo<T: Real>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<T> {
+fn solo<S: Population>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> Fluid<S> {
     solo_with(cells, &bgk(relaxation_time, simd))
 }
 
-fn solo_with<T: Real>(cells: [usize; 3], params: &FluidParams) -> Fluid<T> {
+pub(super) fn solo_with<S: Population>(cells: [usize; 3], params: &FluidParams) -> Fluid<S> {
     let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, &Boundary::none()).unwrap()
 }
 
-fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+pub(super) fn step<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3]) {
     sweep_alone(fluid, acceleration, false);
     fluid.exchange();
 }
 
 /// Amplitude ratio after `steps` of a wave `u_x = U sin(k y)`, divided by the exact decay: 1 + relative error of
 /// viscosity.
-fn viscosity_error<T: Real>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
+fn viscosity_error<S: Population>(relaxation_time: f64, collision: Collision, length: usize) -> f64 {
     let params = FluidParams { collision, ..bgk(relaxation_time, Simd::best()) };
-    let mut fluid = solo_with::<T>([8, length, 4], &params);
+    let mut fluid = solo_with::<S>([8, length, 4], &params);
     let k = TAU / length as f64;
     let wave = |y: usize| (k * (y as f64 + 0.5)).sin();
     fluid.set_equilibrium(|[_, y, _]| (1.0, [0.02 * wave(y), 0.0, 0.0]));
-    let amplitude = |fluid: &Fluid<T>| -> f64 {
+    let amplitude = |fluid: &Fluid<S>| -> f64 {
         2.0 / length as f64 * (0..length).map(|y| wave(y) * fluid.moments([3, y, 2]).1[0]).sum::<f64>()
     };
     let viscosity = (relaxation_time - 0.5) / 3.0;
@@ -66,10 +66,10 @@ fn a_shear_wave_decays_with_the_viscosity_of_the_relaxation_time() {
 }
 
 /// Error of the velocity of a Taylor-Green vortex at the time of half decay, relative to its amplitude.
-fn taylor_green_error(length: usize, collision: Collision) -> f64 {
+pub(super) fn taylor_green_error<S: Population>(length: usize, collision: Collision) -> f64 {
     let (tau, speed) = (0.8, 0.02 * 32.0 / length as f64);
     let params = FluidParams { collision, ..bgk(tau, Simd::best()) };
-    let mut fluid = solo_with::<f64>([length, length, 4], &params);
+    let mut fluid = solo_with::<S>([length, length, 4], &params);
     let (k, viscosity) = (TAU / length as f64, (tau - 0.5) / 3.0);
     let flow = |x: usize, y: usize, time: f64| {
         let (a, b) = (k * (x as f64 + 0.5), k * (y as f64 + 0.5));
@@ -98,7 +98,7 @@ fn taylor_green_error(length: usize, collision: Collision) -> f64 {
 #[test]
 fn a_taylor_green_vortex_converges_with_second_order() {
     for collision in BOTH {
-        let errors = [16, 32, 64].map(|length| taylor_green_error(length, collision));
+        let errors = [16, 32, 64].map(|length| taylor_green_error::<f64>(length, collision));
         let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
         println!("{collision:?}: Taylor-Green errors {errors:?}, orders {orders:?}");
         assert!(orders.iter().all(|order| (1.8..2.2).contains(order)), "{orders:?} from {errors:?}");
@@ -141,7 +141,7 @@ fn a_uniform_body_force_accelerates_a_periodic_fluid_exactly() {
 }
 
 /// A flow without symmetry, in lattice units.
-fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
+pub(super) fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
     let wave = |a: usize, b: usize| (0.7 * a as f64 + 1.3 * b as f64).sin();
     (1.0 + 0.01 * wave(x, z), [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
 }
@@ -185,7 +185,7 @@ fn with_cubes<M: SolidModel, R>(
     work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model })
 }
 
-fn sweep_cubes<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3], method: Method) {
+fn sweep_cubes<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3], method: Method) {
     let (cells, block) = (fluid.domain.cells, fluid.block());
     match method {
         Method::Homogenised(m) => with_cubes(cells, block, m, |s| fluid.sweep(acceleration, s, false)),
@@ -204,7 +204,13 @@ const METHODS: [Method; 4] = [
     saturated(SolidOperator::Sc3),
 ];
 
-fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize, method: Method) -> u64 {
+fn hash_after<S: Population>(
+    cells: [usize; 3],
+    ranks: usize,
+    simd: Simd,
+    steps: usize,
+    method: Method,
+) -> u64 {
     let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, ranks).unwrap();
     on_threads(ranks, |comm| {
         let collision = match method {
@@ -212,7 +218,7 @@ fn hash_after<T: Real>(cells: [usize; 3], ranks: usize, simd: Simd, steps: usize
             Method::Saturated(_) => Collision::Trt { magic: 0.125 },
         };
         let params = FluidParams { collision, ..bgk(0.56, simd) };
-        let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
+        let mut fluid = Fluid::<S>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(disturbed);
         for _ in 0..steps {
             sweep_cubes(&mut fluid, [1e-5, 0.0, -2e-5], method);
@@ -231,13 +237,19 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     // Miri is a thousand times slower, and wants each access once.
     let (cases, most) = if cfg!(miri) { (vec![(METHODS[0], 2)], 2) } else { (all.collect(), 12) };
     for (method, steps) in cases {
-        let (single, double) = (
+        let [half, single, double] = [
+            hash_after::<F16>(cells, 1, Simd::Scalar, steps, method),
             hash_after::<f32>(cells, 1, Simd::Scalar, steps, method),
             hash_after::<f64>(cells, 1, Simd::Scalar, steps, method),
-        );
+        ];
         assert_ne!(single, double);
         for ranks in [1, 2, 3, 4, 6, 8, 12].into_iter().filter(|ranks| *ranks <= most) {
             for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
+                assert_eq!(
+                    hash_after::<F16>(cells, ranks, simd, steps, method),
+                    half,
+                    "f16, {ranks} ranks, {simd:?}, {method:?}"
+                );
                 assert_eq!(
                     hash_after::<f32>(cells, ranks, simd, steps, method),
                     single,

@@ -18,6 +18,7 @@ mod find;
 
 use super::Real;
 use super::layout::{AaPhase, Layout};
+use super::population::Population;
 use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain};
@@ -107,7 +108,7 @@ pub(crate) struct WallRow<T> {
 }
 
 /// All walls of a block.
-pub(crate) struct Walls<T> {
+pub(crate) struct Walls<S: Population> {
     motions: Vec<WallMotion>,
     /// Links to wall cells beyond the block, which wait for the halo exchange.
     late: Vec<Run>,
@@ -117,11 +118,11 @@ pub(crate) struct Walls<T> {
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
     /// `6 w_i c_i . u_w` of the links to moving walls.
-    corrections: Vec<T>,
+    corrections: Vec<S::Number>,
     /// At the two ends of rows, where they meet closed faces.
-    ends: Vec<RowEnds<T>>,
+    ends: Vec<RowEnds<S::Number>>,
     /// Wall cells of the block by row; no row at all if there is none.
-    rows: Vec<Option<Box<WallRow<T>>>>,
+    rows: Vec<Option<Box<WallRow<S::Number>>>>,
     size: [usize; 3],
     /// In which rows are swept.
     order: RowOrder,
@@ -141,7 +142,7 @@ struct RowEnds<T> {
     walls: Vec<u16>,
 }
 
-impl<T: Real> Walls<T> {
+impl<S: Population> Walls<S> {
     pub(crate) fn new(
         layout: &Layout,
         order: RowOrder,
@@ -184,7 +185,7 @@ impl<T: Real> Walls<T> {
 
     /// Row `(y, z)`, if it has wall cells.
     #[inline(always)]
-    pub(crate) fn row(&self, y: usize, z: usize) -> Option<&WallRow<T>> {
+    pub(crate) fn row(&self, y: usize, z: usize) -> Option<&WallRow<S::Number>> {
         self.rows.get(z * self.size[1] + y)?.as_deref()
     }
 
@@ -201,7 +202,7 @@ impl<T: Real> Walls<T> {
         &self,
         layout: &Layout,
         entered: AaPhase,
-        populations: &mut [T],
+        populations: &mut [S],
         y: usize,
         z: usize,
     ) {
@@ -215,7 +216,7 @@ impl<T: Real> Walls<T> {
                     let (from, to) = if entered == AaPhase::Odd { (near, far) } else { (far, near) };
                     let mut g = populations[from];
                     if !ends.corrections.is_empty() {
-                        g = g + ends.corrections[ends.link(self.size, y, z, k)];
+                        g = S::round(g.read() + ends.corrections[ends.link(self.size, y, z, k)]);
                     }
                     populations[to] = g;
                 };
@@ -236,26 +237,26 @@ impl<T: Real> Walls<T> {
 
     /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
     #[inline(never)]
-    pub(crate) fn bounce_row(&self, entered: AaPhase, populations: &mut [T], y: usize, z: usize) {
+    pub(crate) fn bounce_row(&self, entered: AaPhase, populations: &mut [S], y: usize, z: usize) {
         if let Some(runs) = self.early.get(z * self.size[1] + y) {
             self.bounce(runs, entered, populations);
         }
     }
 
     /// Bounces the links that lead out of the block, after the halo exchange.
-    pub(crate) fn bounce_late(&self, entered: AaPhase, populations: &mut [T]) {
+    pub(crate) fn bounce_late(&self, entered: AaPhase, populations: &mut [S]) {
         self.bounce(&self.late, entered, populations);
     }
 
     #[inline(always)]
-    fn bounce(&self, runs: &[Run], entered: AaPhase, populations: &mut [T]) {
+    fn bounce(&self, runs: &[Run], entered: AaPhase, populations: &mut [S]) {
         for run in runs {
             let far = self.far(run);
             let (from, to) = if entered == AaPhase::Odd { (run.near, far) } else { (far, run.near) };
             let count = run.count as usize;
             if let Some(corrections) = self.corrections_of(run) {
                 for (k, &correction) in corrections.iter().enumerate() {
-                    populations[to + k] = populations[from + k] + correction;
+                    populations[to + k] = S::round(populations[from + k].read() + correction);
                 }
             } else if count < CHUNK {
                 for k in 0..count {
@@ -268,7 +269,7 @@ impl<T: Real> Walls<T> {
     }
 
     #[inline(always)]
-    fn corrections_of(&self, run: &Run) -> Option<&[T]> {
+    fn corrections_of(&self, run: &Run) -> Option<&[S::Number]> {
         run.corrections.map(|first| &self.corrections[first as usize..][..run.count as usize])
     }
 
@@ -279,28 +280,28 @@ impl<T: Real> Walls<T> {
     }
 
     /// Sets `far` of every link so that `near`, given in the phase `Even`, is what came back from it.
-    pub(crate) fn begin(&self, layout: &Layout, populations: &mut [T]) {
+    pub(crate) fn begin(&self, layout: &Layout, populations: &mut [S]) {
         for run in self.late.iter().chain(self.early.iter().flatten()) {
             let (far, corrections) = (self.far(run), self.corrections_of(run));
             for k in 0..run.count as usize {
-                let correction = corrections.map_or(T::ZERO, |corrections| corrections[k]);
-                populations[far + k] = populations[run.near + k] - correction;
+                let correction = corrections.map_or(S::Number::ZERO, |corrections| corrections[k]);
+                populations[far + k] = S::round(populations[run.near + k].read() - correction);
             }
         }
         for ends in &self.ends {
             ends.each(layout, self.size, |link, _, _, near, far| {
-                let correction = ends.corrections.get(link).copied().unwrap_or(T::ZERO);
-                populations[far] = populations[near] - correction;
+                let correction = ends.corrections.get(link).copied().unwrap_or(S::Number::ZERO);
+                populations[far] = S::round(populations[near].read() - correction);
             });
         }
     }
 
     /// Force on every wall in the last step over the links of the block, and torque about its pivot, as sums of
     /// fixed-point numbers; without those of a fluid at rest with density 1.
-    pub(crate) fn loads(&self, layout: &Layout, lo: [usize; 3], populations: &[T]) -> Vec<WallLoad> {
+    pub(crate) fn loads(&self, layout: &Layout, lo: [usize; 3], populations: &[S]) -> Vec<WallLoad> {
         let mut loads = vec![WallLoad::default(); self.motions.len()];
         let mut add = |wall: u16, i: usize, cell: [usize; 3], near: usize, far: usize| {
-            let (near, far): (f64, f64) = (populations[near].into(), populations[far].into());
+            let (near, far) = (populations[near].wide(), populations[far].wide());
             let load = &mut loads[usize::from(wall)];
             let c = C[i].map(|c| c as f64);
             let pivot = self.motions[usize::from(wall)].pivot;
@@ -362,12 +363,12 @@ impl<T: Real> WallRow<T> {
 
     /// Empties the wall cells, whose populations lie at `slots` (of the first cell of the row).
     #[inline(never)]
-    pub(crate) fn clear(&self, slots: &[usize; Q], populations: &mut [T]) {
+    pub(crate) fn clear<S: Population<Number = T>>(&self, slots: &[usize; Q], populations: &mut [S]) {
         for (chunk, mask) in &self.mixed {
             for slot in slots {
                 let cells = &mut populations[slot + chunk * CHUNK..][..CHUNK];
                 for k in 0..CHUNK {
-                    cells[k] = cells[k] * mask[k];
+                    cells[k] = cells[k].masked(mask[k]);
                 }
             }
         }

@@ -4,35 +4,35 @@ use super::Homogenised;
 use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Real, SolidModel, SolidRow};
+use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
 
 impl SolidModel for Homogenised {
     const PAIRS: bool = false;
     const BY_VOLUME: bool = false;
 
     #[inline(always)]
-    unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
+    unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
         self,
-        slots: &Slots<T>,
+        slots: &Slots<S>,
         cells: &Moments<R>,
         a: [R; 3],
-        row: &Row<T>,
-        solids: &mut SolidRow<T>,
+        row: &Row<S::Number>,
+        solids: &mut SolidRow<S::Number>,
         x: usize,
     ) -> [R; 3] {
         let Moments { deviation, momentum, rho, u } = *cells;
         // SAFETY: promised by the caller; the arrays hold a chunk more than the row.
         unsafe {
-            let Covered { solid, velocity, .. } = Covered::<R>::load::<T, Self>(solids, x);
+            let Covered { solid, velocity, .. } = Covered::<R>::load::<S::Number, Self>(solids, x);
             let mut target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
             for axis in 0..3 {
                 target[axis] = solid.mul_add(velocity[axis] - target[axis], target[axis]);
                 put(&mut solids.incoming[axis], x, momentum[axis]);
                 put(&mut solids.outgoing[axis], x, rho * target[axis]);
             }
-            put(&mut solids.incoming[3], x, deviation - R::load(slots[0].add(x)));
-            let relaxation = Relaxation::new::<T, TRT>(cells, target, row.factors, None);
-            let at_rest = relaxation.apply::<T, TRT>(slots, x);
+            put(&mut solids.incoming[3], x, deviation - R::load_populations(slots[0].add(x)));
+            let relaxation = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
+            let at_rest = relaxation.apply::<S, TRT>(slots, x, None);
             put(&mut solids.outgoing[3], x, deviation - at_rest);
         }
         momentum

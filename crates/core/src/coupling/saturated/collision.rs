@@ -4,7 +4,7 @@ use super::{Saturated, SolidOperator};
 use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put, store_pair};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Real, SolidModel, SolidRow};
+use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
 use crate::lattice::{C, Q, W};
 
 /// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
@@ -16,23 +16,23 @@ impl SolidModel for Saturated {
     const BY_VOLUME: bool = true;
 
     #[inline(always)]
-    unsafe fn collide<T: Real, R: Lanes<T>, const TRT: bool>(
+    unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
         self,
-        slots: &Slots<T>,
+        slots: &Slots<S>,
         cells: &Moments<R>,
         a: [R; 3],
-        row: &Row<T>,
-        solids: &mut SolidRow<T>,
+        row: &Row<S::Number>,
+        solids: &mut SolidRow<S::Number>,
         x: usize,
     ) -> [R; 3] {
         let Moments { momentum, rho, u, .. } = *cells;
-        let (one, t) = (R::splat(T::ONE), R::splat(row.above_half));
+        let (one, t) = (R::splat(S::Number::ONE), R::splat(row.above_half));
         // SAFETY: promised by the caller.
-        let covered = unsafe { Covered::<R>::load::<T, Self>(solids, x) };
+        let covered = unsafe { Covered::<R>::load::<S::Number, Self>(solids, x) };
         let Covered { solid, velocity, .. } = covered;
         // Exactly one where there is no solid: such a cell must not depend on the others in its register.
         let (b, driven) = reflected(&covered, t);
-        let given = (b * rho) * R::splat(T::from_f64(self.operator.momentum()));
+        let given = (b * rho) * R::splat(S::Number::from_f64(self.operator.momentum()));
         let kept = (one - b) * (rho * driven);
         let (mut target, mut mean) = (u, momentum);
         for axis in 0..3 {
@@ -50,11 +50,11 @@ impl SolidModel for Saturated {
         // SAFETY: promised by the caller.
         unsafe {
             if self.operator == SolidOperator::Sc3 {
-                Relaxation::new::<T, TRT>(cells, target, row.factors, Some((b, velocity)))
-                    .apply::<T, true>(slots, x);
+                Relaxation::new::<S::Number, TRT>(cells, target, row.factors, Some((b, velocity)))
+                    .apply::<S, true>(slots, x, None);
             } else {
-                let fluid = Relaxation::new::<T, TRT>(cells, target, row.factors, None);
-                self.pull::<T, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));
+                let fluid = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
+                self.pull::<S, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));
             }
         }
         mean
@@ -90,29 +90,29 @@ impl Saturated {
     /// # Safety
     /// As for [`SolidModel::collide`].
     #[inline(always)]
-    unsafe fn pull<T: Real, R: Lanes<T>, const TRT: bool>(
+    unsafe fn pull<S: Population, R: PopulationLanes<S>, const TRT: bool>(
         self,
         fluid: &Relaxation<R>,
-        slots: &Slots<T>,
+        slots: &Slots<S>,
         cells: &Moments<R>,
-        row: &Row<T>,
+        row: &Row<S::Number>,
         x: usize,
         (b, velocity): (R, [R; 3]),
     ) {
-        let to_solid = Relaxation::new::<T, TRT>(cells, velocity, row.factors, None);
+        let to_solid = Relaxation::new::<S::Number, TRT>(cells, velocity, row.factors, None);
         // Cells of weight 0 keep every bit.
         let mix = |relaxed: R, pulled: R| b.mul_add(pulled - relaxed, relaxed);
         let sc2 = self.operator == SolidOperator::Sc2;
         // SAFETY: promised by the caller.
         unsafe {
-            let g = R::load(slots[0].add(x));
+            let g = R::load_populations(slots[0].add(x));
             let pulled = if sc2 { to_solid.at_rest(g) } else { g + bounced(cells, velocity, 0) };
-            mix(fluid.at_rest(g), pulled).store(slots[0].add(x));
+            mix(fluid.at_rest(g), pulled).store_populations(slots[0].add(x));
             for i in (1..Q).step_by(2) {
-                let pair = [R::load(slots[i].add(x)), R::load(slots[i + 1].add(x))];
-                let relaxed = fluid.pair::<T, true>(i, pair);
+                let pair = [R::load_populations(slots[i].add(x)), R::load_populations(slots[i + 1].add(x))];
+                let relaxed = fluid.pair::<S::Number, true>(i, pair);
                 let pulled = if sc2 {
-                    to_solid.pair::<T, true>(i, pair)
+                    to_solid.pair::<S::Number, true>(i, pair)
                 } else {
                     [pair[1] + bounced(cells, velocity, i), pair[0] + bounced(cells, velocity, i + 1)]
                 };

@@ -3,8 +3,8 @@
 use super::{Boundary, NO_WALL, RowEnds, Run, WallMotion, WallRow, Walls};
 use crate::domain::{Block, Domain};
 use crate::error::Result;
-use crate::fluid::Real;
 use crate::fluid::layout::Layout;
+use crate::fluid::{Population, Real};
 use crate::lattice::{C, Q, W};
 use crate::memory;
 
@@ -62,7 +62,7 @@ impl Map {
     }
 }
 
-impl<T: Real> Walls<T> {
+impl<S: Population> Walls<S> {
     /// Links across the ends of rows that are `closed`, low and high.
     pub(super) fn find_ends(&mut self, map: &Map, closed: [bool; 2]) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
@@ -80,7 +80,7 @@ impl<T: Real> Walls<T> {
                     ends.corrections.push(map.correction(motion, [last, y, z], i));
                 }
             }
-            if ends.corrections.iter().all(|&c| c == T::ZERO) {
+            if ends.corrections.iter().all(|&c| c == S::Number::ZERO) {
                 ends.corrections.clear();
             }
             self.ends.push(ends);
@@ -121,7 +121,7 @@ impl<T: Real> Walls<T> {
                     };
                     if motion.moves() {
                         let corrections =
-                            links.iter().map(|link| map.correction::<T>(&motion, [link.0, y, z], i));
+                            links.iter().map(|link| map.correction::<S::Number>(&motion, [link.0, y, z], i));
                         self.corrections.extend(corrections);
                     }
                     if late { &mut self.late } else { &mut self.early[completed] }.push(run);

@@ -8,7 +8,7 @@ use crate::math::from_fixed_wide;
 use std::f64::consts::PI;
 
 /// A box with resting faces in the directions that are not periodic.
-fn vessel<T: Real>(cells: [usize; 3], periodic: [bool; 3], params: &FluidParams) -> Fluid<T> {
+fn vessel<S: Population>(cells: [usize; 3], periodic: [bool; 3], params: &FluidParams) -> Fluid<S> {
     let boundary = Boundary { motions: &[AT_REST; 6], wall_of: &|cell| face_of(cells, cell) };
     solo(domain(cells, periodic), params, &boundary)
 }

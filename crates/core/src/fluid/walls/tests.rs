@@ -5,7 +5,8 @@ use crate::comm::{Comm, on_threads};
 use crate::coupling::{Homogenised, sweep_alone};
 use crate::domain::Decomposition;
 use crate::fluid::{
-    BlockSolids, Body, Collision, ExchangeSum, Fluid, FluidParams, RigidMotion, RowSegments, Segment, Simd,
+    BlockSolids, Body, Collision, ExchangeSum, F16, Fluid, FluidParams, RigidMotion, RowSegments, Segment,
+    Simd,
 };
 use crate::lattice::W;
 use crate::lattice::shifted_equilibrium;
@@ -22,12 +23,12 @@ pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams 
 }
 
 /// Fluid on one rank.
-pub(super) fn solo<T: Real>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<T> {
+pub(super) fn solo<S: Population>(domain: Domain, params: &FluidParams, boundary: &Boundary) -> Fluid<S> {
     let decomposition = Decomposition::new(domain, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, boundary).unwrap()
 }
 
-pub(super) fn step<T: Real>(fluid: &mut Fluid<T>, acceleration: [f64; 3]) {
+pub(super) fn step<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3]) {
     sweep_alone(fluid, acceleration, false);
     fluid.exchange();
 }
@@ -94,7 +95,7 @@ impl Tangle {
     }
 
     /// Hash, wall forces, momentum, solid fraction after some steps.
-    fn outcome<T: Real>(
+    fn outcome<S: Population>(
         &self,
         grid: [usize; 3],
         simd: Simd,
@@ -105,7 +106,7 @@ impl Tangle {
         let params = FluidParams { simd, ..params(0.56, collision) };
         let parts = on_threads(decomposition.ranks(), |comm| {
             let boundary = Boundary { motions: &self.motions, wall_of: &|cell| self.wall_of(cell) };
-            let mut fluid = Fluid::<T>::new(&decomposition, &comm, &params, &boundary).unwrap();
+            let mut fluid = Fluid::<S>::new(&decomposition, &comm, &params, &boundary).unwrap();
             fluid.set_equilibrium(disturbed);
             let segments = cube(fluid.block());
             let motion = RigidMotion { velocity: [0.02; 3], ..RigidMotion::default() };
@@ -268,16 +269,19 @@ fn walls_give_the_same_bits_on_any_blocks_and_instruction_set() {
             let best = Simd::best();
             let single = tangle.outcome::<f32>([1, 1, 1], best, Collision::Bgk, steps);
             let double = tangle.outcome::<f64>([1, 1, 1], best, MAGIC, steps);
+            let half = tangle.outcome::<F16>([1, 1, 1], best, MAGIC, steps);
             assert_ne!(single.0, double.0);
             for grid in [[1, 2, 1], [1, 1, 3], [2, 1, 1], [3, 1, 1], [1, 2, 3], [2, 2, 2], [4, 3, 1]] {
                 let what = format!("{grid:?}, periodic {periodic:?}, {steps} steps, lump: {lump}");
                 assert_eq!(tangle.outcome::<f32>(grid, best, Collision::Bgk, steps), single, "{what}");
                 assert_eq!(tangle.outcome::<f64>(grid, best, MAGIC, steps), double, "{what}");
+                assert_eq!(tangle.outcome::<F16>(grid, best, MAGIC, steps), half, "{what}");
             }
             for simd in [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512] {
                 if simd.is_available() {
                     assert_eq!(tangle.outcome::<f32>([2, 1, 1], simd, Collision::Bgk, steps), single);
                     assert_eq!(tangle.outcome::<f64>([1, 2, 2], simd, MAGIC, steps), double);
+                    assert_eq!(tangle.outcome::<F16>([1, 2, 2], simd, MAGIC, steps), half);
                 }
             }
         }
