@@ -201,9 +201,11 @@ impl Workshop {
         self.present.clear();
         self.present.resize(self.planes.len(), false);
         self.clipper.mark_faces(&mut self.present);
-        for face in (0..own).filter(|&n| self.present[n]) {
+        for face in 0..own {
             let here = self.planes[face];
-            for other in (own..self.planes.len()).filter(|&n| self.reached[n]) {
+            // Of two in one plane, rounding decides which one is left.
+            let counts = |&n: &usize| self.reached[n] && (self.present[face] || self.present[n]);
+            for other in (own..self.planes.len()).filter(counts) {
                 let plane = &self.planes[other];
                 // Planes that touch the overlap at one height and are parallel: the angle follows from the length.
                 if plane.normal.dot(&here.normal) > 1.0 - 1e-14 && (plane.offset - here.offset).abs() < scale
