@@ -30,6 +30,7 @@ pub trait Population: Pod + Send + Sync {
     /// Rounds.
     fn round(x: Self::Number) -> Self;
     /// Times a mask of 0 or 1.
+    #[must_use]
     fn masked(self, mask: Self::Number) -> Self;
     #[doc(hidden)]
     fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>);
@@ -52,8 +53,10 @@ pub trait PopulationLanes<S: Population>: Lanes<S::Number> {
     /// `WIDTH` populations can be written at `p`.
     unsafe fn store_scaled(self, p: *mut S);
     /// From populations.
+    #[must_use]
     fn scaled(self) -> Self;
     /// To populations.
+    #[must_use]
     fn unscaled(self) -> Self;
 
     /// # Safety
