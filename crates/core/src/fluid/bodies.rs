@@ -210,7 +210,9 @@ pub struct RowSegments {
 impl RowSegments {
     /// Removes all; `cut` gets the memory of the fractions.
     pub fn clear(&mut self, cut: &mut Vec<f32>) {
-        (self.segments.clear(), self.start.clear(), self.cut.clear());
+        self.segments.clear();
+        self.start.clear();
+        self.cut.clear();
         std::mem::swap(&mut self.cut, cut);
         cut.clear();
     }
