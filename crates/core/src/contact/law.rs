@@ -272,6 +272,24 @@ pub fn damping_number(restitution: f64) -> f64 {
     1.5 * (1.0 - restitution) * (11.0 - restitution) / (1.0 + 9.0 * restitution)
 }
 
+/// Coefficient of restitution that comes out of [`damping_number`] (-), whatever the elastic force and the impact speed:
+/// `e` of `(1 + e) y = ln((1 + y) / (1 - e y))`, `y` the damping number, in a dry head-on impact.
+pub fn resulting_restitution(damping_number: f64) -> f64 {
+    let y = damping_number;
+    // It falls over all `e` of which the logarithm is one.
+    let excess = |e: f64| (1.0 + e) * y - (libm::log1p(y) - libm::log1p(-e * y));
+    let (mut low, mut high) = (0.0, if y > 1.0 { 1.0 / y } else { 1.0 });
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if excess(middle) > 0.0 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    if y > 0.0 { 0.5 * (low + high) } else { 1.0 }
+}
+
 /// Dashpot of [`DampingLaw::Tsuji`] (-), `sqrt(5) b`, `b = -ln e / sqrt(pi^2 + ln^2 e)`.
 ///
 /// # Reference

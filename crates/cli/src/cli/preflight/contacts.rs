@@ -2,7 +2,7 @@
 
 use crate::cli::terminal::{Row, row};
 use turbid::case::{Hertz, Setup};
-use turbid::contact::ContactModel;
+use turbid::contact::{ContactModel, DampingLaw, law};
 
 /// Fewest usual steps of a contact.
 const USUAL_CONTACT_STEPS: f64 = 50.0;
@@ -61,7 +61,23 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let resting = hertz.static_depth(submerged_weight(setup));
     let remark = format!("{}, one {weight}", cells(resting));
     rows.push(row("overlap, at rest", depth(resting), remark));
+    rows.extend(restitution_rows(contact));
     rows
+}
+
+/// The restitution that comes out of each one that is set, where the damping only comes near it.
+fn restitution_rows(contact: &ContactModel) -> Vec<Row> {
+    if contact.damping != DampingLaw::HuntCrossley {
+        return Vec::new();
+    }
+    let mut set: Vec<f64> = contact.pairs.iter().map(|pair| pair.restitution).collect();
+    set.sort_by(f64::total_cmp);
+    set.dedup();
+    let rows = set.into_iter().map(|e| {
+        let comes_out = law::resulting_restitution(law::damping_number(e));
+        row("restitution", format!("{comes_out:.3}"), format!("{e} is set; of a dry head-on impact"))
+    });
+    rows.collect()
 }
 
 /// Contacts that are too short or too deep, with a Young's modulus and sub-steps that mend both.

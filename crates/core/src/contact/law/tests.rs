@@ -256,6 +256,29 @@ fn the_force_never_pulls() {
 }
 
 #[test]
+fn a_head_on_impact_has_the_resulting_restitution_whatever_is_asked_for() {
+    for (asked, known) in
+        [(0.05, 0.0929), (0.1, 0.1289), (0.3, 0.3040), (0.5, 0.5002), (0.926, 0.926), (1.0, 1.0)]
+    {
+        let pair = PairParams { restitution: asked, ..GLASS.pair };
+        let (mut distance, mut approach, mass, dt) = (0.0, 0.1, 5e-6, 2e-8);
+        let law = PairLaw::new(&ContactParams { pair, ..GLASS }.into(), 0, 0);
+        let damping = law.latch(UNSET, approach);
+        // Verlet; the speed that the damping depends on is half a step old.
+        distance += approach * dt;
+        while distance > 0.0 {
+            let force = law.normal_force(&lens(distance), &EQUAL, damping, approach);
+            approach -= force / mass * dt;
+            distance += approach * dt;
+        }
+        let (came_out, expected) = (-approach / 0.1, resulting_restitution(law.damping_number));
+        println!("{asked}: {came_out:.5}, expected {expected:.5}");
+        assert!((came_out - expected).abs() < 1e-3, "{asked}: {came_out} {expected}");
+        assert!((expected - known).abs() < 1e-4, "{asked}: {expected}");
+    }
+}
+
+#[test]
 fn damping_is_latched_on_approach_and_then_stays() {
     let law = law();
     let mut damping = UNSET;
