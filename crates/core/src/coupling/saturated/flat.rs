@@ -109,7 +109,7 @@ impl Surface for FlatSurface<'_> {
             let (mut rests, mut above, mut any) = ([0.0; GROUP], [0.0; GROUP], false);
             for at in (0..GROUP).step_by(V::F::WIDTH) {
                 let of = |values: &[f32; GROUP]| load::<f32, V::F>(values, at);
-                let [nx, ny, nz] = group.normal.each_ref().map(of);
+                let [nx, ny, nz] = [of(&group.normal[0]), of(&group.normal[1]), of(&group.normal[2])];
                 let rest = of(&group.offset) - (ny * c(y) + nz * c(z));
                 let most = (nx * c(first)).max(nx * c(last)) - rest + of(&group.reach);
                 any |= most.any_greater(c(0.0));

@@ -143,7 +143,8 @@ impl Surface for EllipsoidSurface<'_> {
     fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
         let c = |x: f32| V::F::splat(x);
         let (turn, centre) = (&self.mapper.to_body, c(self.mapper.motion.centre[0] as f32));
-        let (above, least) = (self.above.map(c), c(self.least));
+        // No `map` over arrays: what it calls is not always inlined, and then not compiled for the instruction set.
+        let (above, least) = ([c(self.above[0]), c(self.above[1]), c(self.above[2])], c(self.least));
         let (mut fractions, mut deep) = ([0.0; GROUP], [0.0; GROUP]);
         for at in (0..GROUP).step_by(V::F::WIDTH) {
             let x = load::<f32, V::F>(n, at) - centre;
@@ -176,13 +177,17 @@ impl Surface for EllipsoidSurface<'_> {
                     break;
                 }
             }
-            let gradient = [0, 1, 2].map(|i| point[i].over(s + above[i]));
+            let mut gradient = point;
+            for i in 0..3 {
+                gradient[i] = point[i].over(s + above[i]);
+            }
             let length =
                 ((gradient[0] * gradient[0] + gradient[1] * gradient[1]) + gradient[2] * gradient[2]).sqrt();
             let mut m = gradient;
             for axis in 0..3 {
-                let part = |i: usize| c(turn[(i, axis)] as f32) * gradient[i];
-                m[axis] = at_least((part(0) + part(1)) + part(2), c(LEAST) * length);
+                let [x, y, z] =
+                    [c(turn[(0, axis)] as f32), c(turn[(1, axis)] as f32), c(turn[(2, axis)] as f32)];
+                m[axis] = at_least((x * gradient[0] + y * gradient[1]) + z * gradient[2], c(LEAST) * length);
             }
             // The normal is as long as the gradient.
             let distance = (s - least) * length + c(self.mapper.shift as f32);
