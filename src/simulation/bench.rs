@@ -5,7 +5,6 @@ mod alone;
 mod costs;
 mod report;
 
-use super::identity::precision_name;
 use super::observe::instruction_set;
 use super::run::{agreed, decompose, forecast, on_ranks};
 use super::work::Calibration;
@@ -208,7 +207,7 @@ fn bench_rank(
         cells,
         particles: setup.particles.len(),
         contacts: by_rank.iter().map(|rank| rank.contacts).sum(),
-        precision: precision_name(setup.plan.precision).to_owned(),
+        precision: setup.plan.precision.name().to_owned(),
         threads: comm.size(),
         ranks: comm.size(),
         grid: decomposition.grid,

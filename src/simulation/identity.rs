@@ -14,7 +14,7 @@
 use crate::case::{FluidSetup, Setup};
 use crate::contact::{ContactModel, ElasticLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
-use crate::fluid::{Collision, Precision};
+use crate::fluid::Collision;
 use crate::math::Vec3;
 use crate::particle::Template;
 use crate::wall::{Surface, Wall};
@@ -32,7 +32,7 @@ pub fn identity(setup: &Setup) -> Json {
         "dx": setup.domain.dx,
         "time_step": setup.time_step,
         "relaxation_time": relaxation_time(fluid),
-        "precision": precision_name(setup.plan.precision),
+        "precision": setup.plan.precision.name(),
         "dry": fluid.is_none(),
         "collision": fluid.map(|fluid| collision_name(fluid.collision)),
         "coupling": fluid.map(|fluid| coupling_name(&fluid.coupling)),
@@ -180,14 +180,6 @@ pub(super) fn surface_name(surface: &Surface) -> &'static str {
         Surface::Plane { .. } => "plane",
         Surface::Cylinder { pipe: true, .. } => "pipe",
         Surface::Cylinder { .. } => "rod",
-    }
-}
-
-pub(super) fn precision_name(precision: Precision) -> &'static str {
-    match precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-        Precision::F16 => "f16",
     }
 }
 

@@ -156,7 +156,7 @@ impl Coupling {
                 });
             });
         }
-        self.segments.sort(ny * nz, &self.cover.added, &mut self.cover.cut);
+        self.segments.sort(ny * nz, &self.cover.added, std::mem::take(&mut self.cover.cut));
     }
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells

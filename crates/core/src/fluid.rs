@@ -57,6 +57,17 @@ pub enum Precision {
     F16,
 }
 
+impl Precision {
+    /// Its name in case files and summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::F64 => "f64",
+            Self::F16 => "f16",
+        }
+    }
+}
+
 /// Collision operator.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Collision {

@@ -3,9 +3,7 @@
 use crate::case::{FluidSetup, Setup};
 use crate::output::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
-use crate::simulation::identity::{
-    balance_name, collision_name, precision_name, relaxation_time, setup_hash, surface_name,
-};
+use crate::simulation::identity::{balance_name, collision_name, relaxation_time, setup_hash, surface_name};
 
 /// The summary of a run that began or resumed after `first` steps; the averages are added by their
 /// [writer](crate::simulation::Writer::finish).
@@ -37,7 +35,7 @@ pub(super) fn summary(
         mlups: done as f64 * cells as f64 / wall_seconds / 1e6,
         wall_seconds,
         stages: stages.map(|&(name, s)| (name.to_owned(), s / done.max(1) as f64)).collect(),
-        precision: precision_name(setup.plan.precision).to_owned(),
+        precision: setup.plan.precision.name().to_owned(),
         simd: instruction_set(setup).to_owned(),
         ranks: simulation.comm.size(),
         threads: simulation.comm.size(),

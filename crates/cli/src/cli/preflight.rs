@@ -144,11 +144,7 @@ fn fall_speed(setup: &Setup) -> f64 {
 fn time_row(setup: &Setup) -> Option<Row> {
     let estimate = time_estimate(setup).ok()?;
     let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step;
-    let precision = match setup.plan.precision {
-        Precision::F32 => "f32",
-        Precision::F64 => "f64",
-        Precision::F16 => "f16",
-    };
+    let precision = setup.plan.precision.name();
     let rate = setup.domain.cell_count() as f64 / estimate.seconds_per_step / 1e6;
     let ranks = match comm::launched() {
         Some(launched) if launched.size > 1 => "processes",

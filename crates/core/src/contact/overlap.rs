@@ -117,6 +117,19 @@ const COINCIDENT: f64 = 1e-6;
 /// `offset` (m) is the centre of the second body relative to the first, the nearest image in a periodic box. Pairs
 /// without a closed form are sampled with [`sampled::DEFAULT_SAMPLES`].
 pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) -> Option<Overlap> {
+    let rotations = [&first.rotation(), &second.rotation()];
+    overlap_again(geometry, [first, second], rotations, offset, &mut Hint::default())
+}
+
+/// The same, faster: the `rotations` of the bodies are those of their orientations, and the `hint` is that of an earlier call for this
+/// pair, or the default.
+pub fn overlap_again(
+    geometry: Geometry,
+    [first, second]: [&Body; 2],
+    rotations: [&Mat3; 2],
+    offset: Vec3,
+    hint: &mut Hint,
+) -> Option<Overlap> {
     let forms = (first.form(), second.form());
     if let (Geometry::Exact, (Form::Sphere(a), Form::Sphere(b))) = (geometry, &forms) {
         return sphere_sphere::overlap(*a, *b, offset);
@@ -128,14 +141,13 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
         Geometry::Sampled { samples } => samples,
         Geometry::Exact => match forms {
             (Form::Solid(a), Form::Solid(b)) => {
-                let turns = [first.rotation(), second.rotation()];
-                return polyhedra::overlap(a, &turns[0], b, &turns[1], offset, &mut Hint::default());
+                return polyhedra::overlap(a, rotations[0], b, rotations[1], offset, hint);
             }
             (Form::Sphere(radius), Form::Solid(solid)) => {
-                return sphere_polyhedron::overlap(radius, solid, &second.rotation(), offset);
+                return sphere_polyhedron::overlap(radius, solid, rotations[1], offset);
             }
             (Form::Solid(solid), Form::Sphere(radius)) => {
-                let seen = sphere_polyhedron::overlap(radius, solid, &first.rotation(), -offset)?;
+                let seen = sphere_polyhedron::overlap(radius, solid, rotations[0], -offset)?;
                 return Some(seen.reversed(offset));
             }
             _ => sampled::DEFAULT_SAMPLES,
@@ -145,25 +157,6 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
     let least = COINCIDENT * first.grown.reach();
     let offset = if offset.norm() < least { Vec3::x() * least } else { offset };
     sampled::overlap(first, second, offset, samples)
-}
-
-/// The same, faster for polyhedra: the `rotations` of the bodies are those of their orientations, and the `hint` is that of an
-/// earlier call for this pair, or the default.
-pub fn overlap_again(
-    geometry: Geometry,
-    bodies: [&Body; 2],
-    rotations: [&Mat3; 2],
-    offset: Vec3,
-    hint: &mut Hint,
-) -> Option<Overlap> {
-    let [first, second] = bodies;
-    match (geometry, first.grown.solid(), second.grown.solid()) {
-        (Geometry::Exact, Some(a), Some(b)) if meet(first, second, offset) => {
-            polyhedra::overlap(a, rotations[0], b, rotations[1], offset, hint)
-        }
-        (Geometry::Exact, Some(_), Some(_)) => None,
-        _ => overlap(geometry, first, second, offset),
-    }
 }
 
 /// Returns true if two bodies overlap, as [`overlap()`] of the exact geometry finds, but faster and without a size.

@@ -92,7 +92,7 @@ impl Cover {
     /// Begins anew, with the memory of segments that are no longer needed.
     pub(super) fn begin(&mut self, former: &mut RowSegments) {
         self.added.clear();
-        former.clear(&mut self.cut);
+        self.cut = former.clear();
     }
 
     /// Adds the cells of a periodic image of a body, with the instructions `simd`; they do not change a bit.

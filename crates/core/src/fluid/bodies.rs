@@ -208,18 +208,18 @@ pub struct RowSegments {
 }
 
 impl RowSegments {
-    /// Removes all; `cut` gets the memory of the fractions.
-    pub fn clear(&mut self, cut: &mut Vec<f32>) {
-        self.segments.clear();
+    /// Leaves all rows empty; returns the memory of the fractions.
+    pub fn clear(&mut self) -> Vec<f32> {
+        // The segments stay where they are, so that sorting others need not write each twice.
         self.start.clear();
-        self.cut.clear();
-        std::mem::swap(&mut self.cut, cut);
+        let mut cut = std::mem::take(&mut self.cut);
         cut.clear();
+        cut
     }
 
     /// Sorts `added`, pairs of row and segment. In a row they come by ascending cells; those that overlap stay in the order in
-    /// which they were added. `cut` are the fractions that they refer to, and takes the former ones.
-    pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)], cut: &mut Vec<f32>) {
+    /// which they were added. `cut` are the fractions that they refer to.
+    pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)], cut: Vec<f32>) {
         self.start.clear();
         self.start.resize(rows + 1, 0);
         for (row, _) in added {
@@ -246,7 +246,7 @@ impl RowSegments {
             }
             first = end;
         }
-        std::mem::swap(&mut self.cut, cut);
+        self.cut = cut;
         self.cut.extend([0.0; GROUP]);
     }
 
@@ -379,16 +379,17 @@ fn received<T: Real, V: Registers, M: SolidModel>(
     for (way, exchanged) in [&solids.incoming, &solids.outgoing].into_iter().enumerate() {
         let mut tallies = [zero; 5];
         let mut done = 0;
-        // SAFETY: all arrays of the row are as long as the one just checked.
+        // SAFETY: all arrays of the row are as long as the one just checked; the mask has as many lanes as the widest register.
         unsafe {
             while done < whole {
                 let (x, n) = (x + done, first + done as i32);
-                add_register::<T, _, M, false>(&mut tallies, exchanged, velocity, x, n, 0);
+                add_register::<T, _, M>(&mut tallies, exchanged, velocity, x, n, None);
                 done += V::D::WIDTH;
             }
             if done < count {
                 let (x, n) = (x + done, first + done as i32);
-                add_register::<T, _, M, true>(&mut tallies, exchanged, velocity, x, n, count - done);
+                let mask = V::D::load(first_lanes(count - done));
+                add_register::<T, _, M>(&mut tallies, exchanged, velocity, x, n, Some(mask));
             }
         }
         let [fx, fy, fz, ly, lz] = tallies;
@@ -406,19 +407,19 @@ fn received<T: Real, V: Registers, M: SolidModel>(
     sums
 }
 
-/// Adds the register of cells at `x`, whose first has offset `n` in x, to sums of `F`, `n_x F_y` and `n_x F_z`; with `PART` only the first
-/// `count` of them.
+/// Adds the register of cells at `x`, whose first has offset `n` in x, to sums of `F`, `n_x F_y` and `n_x F_z`; of the cells of
+/// the mask if there is one.
 ///
 /// # Safety
 /// The arrays of the row have `WIDTH` numbers from `x` on.
 #[inline(always)]
-unsafe fn add_register<T: Real, D: Tally, M: SolidModel, const PART: bool>(
+unsafe fn add_register<T: Real, D: Tally, M: SolidModel>(
     sums: &mut [D; 5],
     [px, py, pz, m]: &[Vec<T>; 4],
     velocity: &RowVelocity<f64>,
     x: usize,
     n: i32,
-    count: usize,
+    mask: Option<D>,
 ) {
     // SAFETY: there are more lanes than in a register.
     let along = unsafe { D::splat(n.into()) + D::load(f64::LANE.as_ptr()) };
@@ -431,9 +432,7 @@ unsafe fn add_register<T: Real, D: Tally, M: SolidModel, const PART: bool>(
         let (m, u) = (unsafe { T::widen::<D>(at(m)) }, velocity.lanes::<D>(n));
         f = [f[0] - u[0] * m, f[1] - u[1] * m, f[2] - u[2] * m];
     }
-    if PART {
-        // SAFETY: as many lanes as the widest register has.
-        let mask = unsafe { D::load(first_lanes(count)) };
+    if let Some(mask) = mask {
         f = [f[0].masked(mask), f[1].masked(mask), f[2].masked(mask)];
     }
     let all = [f[0], f[1], f[2], along * f[1], along * f[2]];
@@ -511,7 +510,7 @@ mod tests {
             (2, segment(5, 0, 3)),
         ];
         for _ in 0..2 {
-            segments.sort(4, &added, &mut Vec::new());
+            segments.sort(4, &added, Vec::new());
             let bodies = |row| segments.row(row).iter().map(|s| (s.body, s.together)).collect::<Vec<_>>();
             assert_eq!([bodies(0), bodies(1), bodies(3)], [vec![(1, 0)], vec![(4, 0)], vec![]]);
             // The first two share a cell; added in this order.

@@ -70,7 +70,6 @@ unsafe fn sweep_block<
     let base = fluid.populations.root();
     let (row, model) = (row_of(fluid, acceleration), solids.model);
     let (from_first, wrap) = (layout.slots_from(fluid.phase), WrapX::new(&layout, fluid.phase));
-    let mut dirty = true;
     for z in 0..nz {
         fluid.halo.progress();
         for y in 0..ny {
@@ -78,11 +77,7 @@ unsafe fn sweep_block<
                 continue;
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
-            if dirty {
-                fluid.solid_row.clear();
-            }
             let covered = !solids.segments.row(y + ny * z).is_empty();
-            dirty = covered;
             if covered {
                 // SAFETY: promised by the caller.
                 unsafe { fill(solids, y + ny * z, &mut fluid.solid_row) };
@@ -121,6 +116,7 @@ unsafe fn sweep_block<
             if covered {
                 // SAFETY: promised by the caller.
                 unsafe { collect(solids, y + ny * z, solid) };
+                solid.clear();
             }
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
@@ -206,8 +202,8 @@ impl WrapX {
                 AaPhase::Even => (ghost, real, [0; 2]),
                 AaPhase::Odd => (real, ghost, [C[j][1], C[j][2]]),
             };
-            let rows = layout.pitch as isize * (row[0] + row[1] * (ny + 2));
-            let at = |x: isize| (j * layout.stride).wrapping_add_signed(x + rows);
+            let first = layout.cell(0, 0, 0);
+            let at = |x| (j * layout.stride + layout.cell(x, row[0], row[1])).wrapping_sub(first);
             *copy = ([at(to), at(from)], row);
         }
         Self { copies, size: [ny, nz] }

@@ -208,16 +208,14 @@ impl<R: Copy> Relaxation<R> {
                     Some(g) => [g[i], g[i + 1]],
                     None => [R::load_scaled(slots[i].add(x)), R::load_scaled(slots[i + 1].add(x))],
                 };
-                let [there, back] = scaled.pair::<S::Number, PAIRS>(i, pair);
-                there.store_scaled(slots[i + 1].add(x));
-                back.store_scaled(slots[i].add(x));
+                store_pair(slots, x, i, scaled.pair::<S::Number, PAIRS>(i, pair));
             }
             at_rest.unscaled()
         }
     }
 }
 
-/// Writes a pair of opposite populations where the next step reads them.
+/// Writes a pair of opposite, scaled populations where the next step reads them.
 ///
 /// # Safety
 /// `WIDTH` numbers can be written at `x` of all slots.
@@ -230,8 +228,8 @@ pub(crate) unsafe fn store_pair<S: Population, R: PopulationLanes<S>>(
 ) {
     // SAFETY: promised by the caller.
     unsafe {
-        there.store_populations(slots[i + 1].add(x));
-        back.store_populations(slots[i].add(x));
+        there.store_scaled(slots[i + 1].add(x));
+        back.store_scaled(slots[i].add(x));
     }
 }
 

@@ -181,7 +181,7 @@ fn with_cubes<M: SolidModel, R>(
         }
     }
     let mut segments = RowSegments::default();
-    segments.sort(block.size()[1] * block.size()[2], &added, &mut cut);
+    segments.sort(block.size()[1] * block.size()[2], &added, cut);
     work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model })
 }
 

@@ -116,7 +116,8 @@ impl Saturated {
                 } else {
                     [pair[1] + bounced(cells, velocity, i), pair[0] + bounced(cells, velocity, i + 1)]
                 };
-                store_pair(slots, x, i, [mix(relaxed[0], pulled[0]), mix(relaxed[1], pulled[1])]);
+                let [there, back] = [mix(relaxed[0], pulled[0]), mix(relaxed[1], pulled[1])];
+                store_pair(slots, x, i, [there.scaled(), back.scaled()]);
             }
         }
     }

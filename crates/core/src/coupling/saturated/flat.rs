@@ -41,6 +41,14 @@ struct NearFace {
     rest: f32,
 }
 
+impl NearFace {
+    /// Height above it of the cell at `x`.
+    #[inline(always)]
+    fn height<R: Choose<f32>>(self, faces: &[Face], x: R) -> R {
+        R::splat(faces[self.face as usize].normal[0]) * x - R::splat(self.rest)
+    }
+}
+
 /// Cosine between normals.
 #[inline(always)]
 fn cosine(a: &Face, b: &Face) -> f32 {
@@ -159,7 +167,7 @@ fn together<R: Choose<f32>>(faces: &[Face], near: &[NearFace], x: R) -> Option<R
     let (mut met, mut count) = ([(0, c(0.0)); MEETING], 0);
     for near in near {
         let face = &faces[near.face as usize];
-        let (height, reach) = (c(face.normal[0]) * x - c(near.rest), c(face.reach));
+        let (height, reach) = (near.height(faces, x), c(face.reach));
         let depth = c(-face.reach);
         if !height.any_greater(depth) {
             continue;
@@ -191,17 +199,15 @@ fn together<R: Choose<f32>>(faces: &[Face], near: &[NearFace], x: R) -> Option<R
 /// Volume fraction of one cell.
 fn alone(faces: &[Face], near: &[NearFace], x: f32) -> f32 {
     let mut fraction = 1.0;
-    for (at, NearFace { face, rest }) in near.iter().enumerate() {
-        let face = &faces[*face as usize];
-        let height = face.normal[0] * x - rest;
+    for (at, this) in near.iter().enumerate() {
+        let (face, height) = (&faces[this.face as usize], this.height(faces, x));
         if height >= face.reach {
             return 0.0;
         }
         if height > -face.reach {
             let mut most_like = -1.0;
-            for NearFace { face: other, rest } in &near[..at] {
-                let other = &faces[*other as usize];
-                let above = other.normal[0] * x - rest;
+            for other in &near[..at] {
+                let (other, above) = (&faces[other.face as usize], other.height(faces, x));
                 if above + other.reach > 0.0 && height + face.reach > 0.0 {
                     let cosine = cosine(face, other);
                     if beyond_edge(height, above, cosine) > 0.0 {
@@ -270,7 +276,7 @@ mod tests {
                         }
                         let cuts = |near: &&NearFace| {
                             let face = &surface.faces[near.face as usize];
-                            (face.normal[0] * x - near.rest).abs() < face.reach
+                            near.height(&surface.faces, x).abs() < face.reach
                         };
                         meeting = meeting.max(surface.near.iter().filter(cuts).count());
                     }

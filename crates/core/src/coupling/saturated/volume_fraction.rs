@@ -26,8 +26,7 @@ pub(super) const LEAST: f32 = 1e-4;
 /// Volume fraction of cells behind a plane with normal `n`, the signed distance of their centres being `d` (cells).
 #[inline(always)]
 pub(super) fn behind_plane<R: Choose<f32>>(d: R, n: [R; 3]) -> R {
-    let least = R::splat(LEAST);
-    Normal::new([at_least(n[0], least), at_least(n[1], least), at_least(n[2], least)]).behind(d)
+    Normal::unit(n).behind(d)
 }
 
 /// The size of a component of a normal, at least so large.
@@ -52,11 +51,6 @@ pub(super) struct Normal<R> {
 }
 
 impl Normal<f32> {
-    /// The unit vector `n`.
-    pub(super) fn unit(n: [f32; 3]) -> Self {
-        Self::new([at_least(n[0], LEAST), at_least(n[1], LEAST), at_least(n[2], LEAST)])
-    }
-
     /// The same for all lanes.
     #[inline(always)]
     pub(super) fn splat<R: Choose<f32>>(&self) -> Normal<R> {
@@ -74,6 +68,13 @@ impl Normal<f32> {
 }
 
 impl<R: Choose<f32>> Normal<R> {
+    /// The unit vector `n`.
+    #[inline(always)]
+    pub(super) fn unit(n: [R; 3]) -> Self {
+        let least = R::splat(LEAST);
+        Self::new([at_least(n[0], least), at_least(n[1], least), at_least(n[2], least)])
+    }
+
     /// From the sizes of the components; it may have any length if distances are multiplied by it.
     #[inline(always)]
     pub(super) fn new(m: [R; 3]) -> Self {

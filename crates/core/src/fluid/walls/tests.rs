@@ -158,7 +158,7 @@ fn cube(block: Block) -> RowSegments {
         added.push((row as u32, segment));
     }
     let mut segments = RowSegments::default();
-    segments.sort(block.size()[1] * block.size()[2], &added, &mut cut);
+    segments.sort(block.size()[1] * block.size()[2], &added, cut);
     segments
 }
 
