@@ -42,6 +42,7 @@ impl<'a> Medium<'a> {
             "driving.force_balance",
             "driving.zero_net_flux",
             "driving.body_acceleration",
+            "contact.lubrication",
         ] {
             if document.has(key) {
                 let name = if key.contains('.') { format!("`{key}`") } else { format!("[{key}]") };

@@ -35,6 +35,7 @@ pub(super) fn engine(document: &Document) -> Result<EngineChoice> {
     refuse_shapes(document)?;
     if document.case.contact.enabled {
         refuse_law(document)?;
+        refuse_lubrication(document)?;
         refuse_numbers(document)?;
     }
     let mut options = LiggghtsOptions::default();
@@ -106,6 +107,16 @@ fn refuse_law(document: &Document) -> Result<()> {
     let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
                   elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
     Err(document.error_at(&[(key, "not in LIGGGHTS"), ("dem.engine", "the engine")], &title, remedy))
+}
+
+fn refuse_lubrication(document: &Document) -> Result<()> {
+    let key = "contact.lubrication";
+    if !document.has(key) {
+        return Ok(());
+    }
+    let title = format!("`{key}` is given, but LIGGGHTS, `dem.engine`, has no lubrication of ours");
+    let remedy = "remove it, or take dem.engine = \"native\"";
+    Err(document.error_at(&[(key, "of the native engine"), ("dem.engine", "the engine")], &title, remedy))
 }
 
 /// Refuses materials and pairs beyond the limits of LIGGGHTS.

@@ -6,6 +6,8 @@ use super::file::{CollisionKind, Coupling, DrivingSection, FluidSection, Gravity
 use super::kinds::Kinds;
 use super::scales::Reference;
 use super::walls::PlacedWall;
+use crate::contact::Lubrication;
+use crate::contact::lubrication::Unresolved;
 use crate::coupling::{Homogenised, Method, Saturated};
 use crate::domain::Domain;
 use crate::error::Result;
@@ -36,17 +38,10 @@ pub(super) fn fluid(
     gravity: Vec3,
 ) -> Result<(f64, FluidSetup)> {
     let driving = &document.case.driving;
-    let (density, diameter, dx) = (section.density, kinds.diameter, domain.dx);
-    let reference =
-        Reference { diameter, density_ratio: kinds.templates[0].density / density, gravity: gravity.norm() };
+    let (density, diameter) = (section.density, kinds.diameter);
+    let reference = reference(section, kinds, gravity);
     let viscosity = viscosity(document, section, &reference)?;
-    let (units, relaxation_time) = match (lattice.relaxation_time, lattice.time_step) {
-        (Some(tau), _) => (Units::from_relaxation_time(dx, tau, viscosity, density), tau),
-        (None, dt) => {
-            let units = Units { dx, dt: dt.expect("the schema asks for one of them"), density };
-            (units, units.relaxation_time(viscosity))
-        }
-    };
+    let (units, relaxation_time) = time(lattice, domain.dx, viscosity, density);
     let (collision, coupling) = collision(document, lattice)?;
     let (body_acceleration, zero_net_flux) =
         driven(document, driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
@@ -64,6 +59,69 @@ pub(super) fn fluid(
         scales,
     };
     Ok((units.dt, fluid))
+}
+
+fn reference(section: &FluidSection, kinds: &Kinds, gravity: Vec3) -> Reference {
+    let density_ratio = kinds.templates[0].density / section.density;
+    Reference { diameter: kinds.diameter, density_ratio, gravity: gravity.norm() }
+}
+
+/// Units of the lattice with cells of `dx` (m), and the relaxation time (time steps).
+fn time(lattice: &LatticeSection, dx: f64, viscosity: f64, density: f64) -> (Units, f64) {
+    match (lattice.relaxation_time, lattice.time_step) {
+        (Some(tau), _) => (Units::from_relaxation_time(dx, tau, viscosity, density), tau),
+        (None, dt) => {
+            let units = Units { dx, dt: dt.expect("the schema asks for one of them"), density };
+            (units, units.relaxation_time(viscosity))
+        }
+    }
+}
+
+/// Roughness over the radius of the smallest particle, if the case does not give it (-).
+const ROUGHNESS: f64 = 1e-3;
+
+/// Lubrication in gaps of cells of `dx` (m), if the case asks for it.
+pub(super) fn lubrication(
+    document: &Document,
+    (section, lattice): (&FluidSection, &LatticeSection),
+    kinds: &Kinds,
+    dx: f64,
+    gravity: Vec3,
+) -> Result<Option<Lubrication>> {
+    let contact = &document.case.contact;
+    let Some(wanted) = &contact.lubrication else {
+        return Ok(None);
+    };
+    let key = "contact.lubrication";
+    if !contact.enabled {
+        let places = [(key, "acts between particles that may touch"), ("contact.enabled", "off")];
+        let title = "`contact.lubrication` needs contacts, which are off";
+        return Err(document.error_at(&places, title, "remove one of them"));
+    }
+    if let Some(index) = kinds.templates.iter().position(|template| template.shape.as_sphere().is_none()) {
+        let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
+        let places = [(&*shape, "not a sphere"), (key, "lubrication")];
+        let kind = kinds.templates[index].shape.kind();
+        let title = format!("`{key}` knows the films of spheres only, but `{shape}` is a {kind}");
+        let remedy = "remove `contact.lubrication`: a film between flat faces or edges has another law";
+        return Err(document.error_at(&places, &title, remedy));
+    }
+    let viscosity = viscosity(document, section, &reference(section, kinds, gravity))?;
+    let (_, relaxation_time) = time(lattice, dx, viscosity, section.density);
+    let smallest = (kinds.templates.iter())
+        .map(|template| template.shape.equivalent_diameter())
+        .fold(f64::INFINITY, f64::min);
+    let roughness = wanted.roughness.unwrap_or(ROUGHNESS * 0.5 * smallest);
+    if roughness >= dx {
+        let title = format!("`{key}.roughness` is {roughness} m, and a cell has {dx:.6e} m");
+        let remedy = "give a roughness of less than a cell, or remove `contact.lubrication`: a gap of a cell is resolved";
+        return Err(document.error(&format!("{key}.roughness"), &title, "not narrower than a cell", remedy));
+    }
+    let unresolved = match collision(document, lattice)?.1 {
+        Method::Saturated(_) => Unresolved::SATURATED,
+        Method::Homogenised(_) => Unresolved::homogenised(relaxation_time),
+    };
+    Ok(Some(Lubrication { viscosity: viscosity * section.density, roughness, cell: dx, unresolved }))
 }
 
 /// True if nothing but the controller keeps the fluid from falling or rising, and no wall drags it along.

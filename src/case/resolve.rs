@@ -103,17 +103,20 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let lattice = document.case.lattice.as_ref();
     let domain = domain(document, lattice, &kinds, &mut warnings)?;
     let enlargement = match &medium {
-        Medium::Fluid(..) => domain.dx * document.case.contact.enlargement,
+        Medium::Fluid(..) => domain.dx * document.case.contact.enlargement(),
         Medium::Dry(dry) => dry.enlargement,
     };
-    let model = materials.contact(document, enlargement)?;
+    let gravity = gravity(document);
+    let mut model = materials.contact(document, enlargement)?;
+    if let Medium::Fluid(section, lattice) = &medium {
+        model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
+    }
     let engine = engine(document)?;
     let reaches: Vec<f64> = templates.iter().map(|template| model.reach(&template.shape)).collect();
     let contact = document.case.contact.enabled.then_some(model);
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
     refuse_walls(document, &engine, &walls)?;
-    let gravity = gravity(document);
     let substeps = document.case.contact.substeps;
     let (time_step, fluid) = match &medium {
         Medium::Fluid(section, lattice) => {

@@ -10,11 +10,12 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`]). [`pairs`] finds the pairs near enough to be measured, and [`neighbours`] keeps them while bodies
+//! centre ([`law`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be measured, and [`neighbours`] keeps them while bodies
 //! move little. No result here depends on earlier ones; the engine stores the damping of each contact.
 
 mod clip;
 pub mod law;
+pub mod lubrication;
 pub mod neighbours;
 pub mod overlap;
 pub mod pairs;
@@ -29,6 +30,7 @@ mod tests;
 
 use crate::shape::Shape;
 pub use law::{PairLaw, PairProperties};
+pub use lubrication::Lubrication;
 pub use neighbours::{Neighbour, NeighbourList};
 pub use overlap::{
     Body, GrownShape, Overlap, intersects, intersects_wall, overlap, overlap_again, overlap_wall,
@@ -55,6 +57,9 @@ pub struct ContactModel {
     pub law: ElasticLaw,
     /// Law of the normal damping.
     pub damping: DampingLaw,
+    /// Forces of the fluid in narrow gaps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lubrication: Option<Lubrication>,
 }
 
 impl ContactModel {
@@ -66,7 +71,8 @@ impl ContactModel {
     /// Distance from the centre of a body within which it may act on another one, or a wall on it (m). Ghosts, the search of pairs
     /// and the smallest box follow from it.
     pub fn reach(&self, shape: &Arc<dyn Shape>) -> f64 {
-        GrownShape::new(shape.clone(), self.enlargement).reach()
+        let film = shape.circumradius() + 0.5 * self.lubrication.map_or(0.0, |film| film.range());
+        GrownShape::new(shape.clone(), self.enlargement).reach().max(film)
     }
 }
 

@@ -30,9 +30,10 @@ pub struct ContactSection {
     /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
     #[schemars(transform = positive)]
     pub transition_velocity: f64,
-    /// Distance by which every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2.
+    /// Distance by which every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2, and 0
+    /// with `lubrication`.
     #[schemars(transform = non_negative)]
-    pub enlargement: f64,
+    pub enlargement: Option<f64>,
     /// Law of the elastic force. Default `"overlap_volume"`.
     pub law: ElasticLaw,
     /// Damping of the normal force. Default `"hunt_crossley"`.
@@ -45,8 +46,21 @@ pub struct ContactSection {
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
     #[schemars(extend("minimum" = 1, "maximum" = 10000))]
     pub substeps: u32,
+    /// Forces of the fluid in gaps between spheres, and at walls, that the lattice does not resolve: normal, tangential and
+    /// rotational. Without this section there are none.
+    pub lubrication: Option<LubricationSection>,
     /// Pairs of materials with values of their own; all others have the values above.
     pub pairs: Vec<PairSection>,
+}
+
+/// Forces of the fluid in narrow gaps.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LubricationSection {
+    /// Height of the roughness of the surfaces (m): in narrower gaps the resistance is that of this gap. Less than a cell. Default: a
+    /// thousandth of the radius of the smallest particle.
+    #[schemars(transform = positive)]
+    pub roughness: Option<f64>,
 }
 
 impl Default for ContactSection {
@@ -59,12 +73,13 @@ impl Default for ContactSection {
             friction_static: 0.32,
             friction_kinetic: 0.16,
             transition_velocity: 1e-3,
-            enlargement: 0.2,
+            enlargement: None,
             law: ElasticLaw::OverlapVolume,
             damping: DampingLaw::HuntCrossley,
             geometry: GeometryKind::Exact,
             samples: 8,
             substeps: 1,
+            lubrication: None,
             pairs: Vec::new(),
         }
     }
@@ -82,6 +97,11 @@ impl ContactSection {
             damping: self.damping,
             ..ContactModel::default()
         }
+    }
+
+    /// Distance by which every surface is grown (cells).
+    pub(in crate::case) fn enlargement(&self) -> f64 {
+        self.enlargement.unwrap_or(if self.lubrication.is_some() { 0.0 } else { 0.2 })
     }
 
     /// A key with a value that LIGGGHTS does not have, and the value as the message says it.

@@ -23,6 +23,9 @@ mod cube_tests;
 #[cfg(test)]
 mod damped_tests;
 pub mod failures;
+#[cfg(test)]
+mod film_tests;
+mod films;
 mod forces;
 #[cfg(test)]
 mod mixed_tests;
@@ -65,6 +68,13 @@ pub struct NativeParams {
     pub substeps: u32,
 }
 
+impl NativeParams {
+    /// True if there are films between near bodies.
+    fn is_lubricated(&self) -> bool {
+        self.contact.as_ref().is_some_and(|model| model.lubrication.is_some())
+    }
+}
+
 /// The native engine.
 #[derive(Clone, Debug)]
 pub struct Native {
@@ -96,6 +106,7 @@ impl Native {
                 inertia: Inertia::of(template),
                 radius: 0.5 * template.shape.equivalent_diameter() + model.enlargement,
                 thickness: template.shape.thickness(),
+                film_radius: template.shape.as_sphere(),
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
@@ -154,9 +165,9 @@ impl Native {
 
     /// Stores the loads of the previous sub-step for the laws that need them.
     fn note_loads(&mut self) {
-        let ContactContext { past, laws, local, .. } = &mut self.context;
+        let ContactContext { past, laws, local, params, .. } = &mut self.context;
         past.clear();
-        if laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
+        if params.is_lubricated() || laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
             past.extend_from_slice(&local.loads);
             past.extend_from_slice(&local.ghost_loads);
         }
@@ -164,7 +175,7 @@ impl Native {
 
     /// One sub-step; all messages are exchanged even if it fails.
     fn advance_once(&mut self, comm: &Comm, dt: f64) -> Result<()> {
-        let evaluated = self.evaluate_contacts(dt);
+        let evaluated = self.evaluate_contacts(comm, dt);
         self.forces.reduce(comm, &self.context.near, &self.context.local);
         let moved = self.integrate(dt);
         let ContactContext { near, local, substep, .. } = &mut self.context;
@@ -174,15 +185,17 @@ impl Native {
         evaluated.and(moved)
     }
 
-    /// Forces of the contacts that this rank evaluates, at the current positions.
-    fn evaluate_contacts(&mut self, dt: f64) -> Result<()> {
+    /// Forces of the contacts and films that this rank evaluates, at the current positions. Collective.
+    fn evaluate_contacts(&mut self, comm: &Comm, dt: f64) -> Result<()> {
         let Self { context, order, forces } = self;
         forces.clear();
         let Some(model) = &context.params.contact else {
             return Ok(());
         };
-        let pairs = context.pairs(model, dt, order, forces);
-        let walls = context.walls(model, dt, forces);
+        order.sort(&context.local.store, &context.templates);
+        let rates = context.rates(model, order, dt, comm);
+        let pairs = context.pairs(model, dt, (order, &rates), forces);
+        let walls = context.walls(model, dt, &rates, forces);
         forces.finish();
         pairs.and(walls)
     }

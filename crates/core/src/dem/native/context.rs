@@ -2,10 +2,12 @@
 
 use super::NativeParams;
 use super::failures::{behind_wall, is_too_deep, too_deep};
-use super::forces::{ContactForces, ContactInput};
+use super::films::Acting;
+use super::forces::{ContactForces, ContactInput, PairEntry};
+use crate::contact::lubrication::Rates;
 use crate::contact::{
-    Body, ContactModel, DampingLaw, GrownShape, NeighbourList, PairLaw, PairProperties, overlap_again,
-    overlap_wall,
+    Body, ContactModel, DampingLaw, GrownShape, Neighbour, NeighbourList, PairLaw, PairProperties,
+    overlap_again, overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
@@ -38,8 +40,13 @@ impl IdOrder {
         Self { list, indices: Vec::new(), positions: Vec::new(), radii: Vec::new(), rotations: Vec::new() }
     }
 
+    /// The pairs of neighbours, and for each place in the order the index and the position (m) of its particle.
+    pub(super) fn pairs(&mut self) -> (&[Neighbour], &[u32], &[Vec3]) {
+        (self.list.find(&self.positions, &self.radii), &self.indices, &self.positions)
+    }
+
     /// Sorts the particles by id.
-    fn sort(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
+    pub(super) fn sort(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
         self.indices.clear();
         self.indices.extend(0..store.particles.len() as u32);
         // Owned particles, then ghosts, both ascending: a stable sort merges them.
@@ -65,6 +72,8 @@ pub(super) struct TemplateConstants {
     pub(super) radius: f64,
     /// Thickness of the shape (m).
     pub(super) thickness: f64,
+    /// The radius (m), if the body is a sphere.
+    pub(super) film_radius: Option<f64>,
 }
 
 /// Everything that contacts depend on.
@@ -126,16 +135,15 @@ impl ContactContext {
     }
 
     /// Contacts of pairs of particles that this rank evaluates, in ascending order of their ids, with sub-steps of `dt`
-    /// (s).
+    /// (s), and the films between them.
     pub(super) fn pairs(
         &self,
         model: &ContactModel,
         dt: f64,
-        order: &mut IdOrder,
+        (order, rates): (&mut IdOrder, &[Rates]),
         forces: &mut ContactForces,
     ) -> Result<()> {
         let (store, near) = (&self.local.store, &self.near);
-        order.sort(store, &self.templates);
         let IdOrder { list, indices, positions, radii, rotations } = order;
         let domain = near.decomposition().domain;
         let mut outcome = Ok(());
@@ -152,15 +160,21 @@ impl ContactContext {
             let [a, b] = [i, j].map(|k| &store.particles[k]);
             let (bodies, turns) = ([&self.body(a), &self.body(b)], [&rotations[p], &rotations[q]]);
             let hint = &mut neighbour.hint;
+            let film = self.between(model, [i, j], offset, (rates, dt));
+            let (ids, touched) = ([a.id, b.id], [Some(i), Some(j)]);
             let Some(overlap) = overlap_again(model.geometry, bodies, turns, offset, hint) else {
+                if let Some(Acting { action, normal, lever }) = film {
+                    let point = domain.wrap(a.position() + lever);
+                    forces.add(&PairEntry::apart(ids, touched, point, normal).with(&action), near, store);
+                }
                 continue;
             };
             let levers = [overlap.point, overlap.point - offset];
             let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
             let [first, second] = [a, b].map(|p| self.constants(p));
             let input = ContactInput {
-                ids: [a.id, b.id],
-                indices: [Some(i), Some(j)],
+                ids,
+                indices: touched,
                 law,
                 overlap: &overlap,
                 offset,
@@ -172,6 +186,7 @@ impl ContactContext {
                 point: domain.wrap(a.position() + overlap.point),
             };
             let entry = forces.evaluate(&input);
+            let entry = film.map_or(entry, |film| entry.with(&film.action));
             forces.add(&entry, near, store);
             let thinner = first.thickness.min(second.thickness);
             if is_too_deep(overlap.depth, thinner) && outcome.is_ok() {
@@ -182,12 +197,19 @@ impl ContactContext {
         outcome
     }
 
-    /// Contacts of the owned particles with walls, with sub-steps of `dt` (s).
-    pub(super) fn walls(&self, model: &ContactModel, dt: f64, forces: &mut ContactForces) -> Result<()> {
+    /// Contacts of the owned particles with walls, with sub-steps of `dt` (s), and the films there.
+    pub(super) fn walls(
+        &self,
+        model: &ContactModel,
+        dt: f64,
+        rates: &[Rates],
+        forces: &mut ContactForces,
+    ) -> Result<()> {
         let time = self.substep as f64 * dt;
         let walls: Vec<_> = self.params.walls.iter().map(|wall| (wall, wall.surface_at(time))).collect();
         let (store, near) = (&self.local.store, &self.near);
         let domain = near.decomposition().domain;
+        let range = model.lubrication.map_or(0.0, |lubrication| lubrication.range());
         let mut outcome = Ok(());
         for (i, particle) in store.owned().iter().enumerate() {
             let centre = particle.position();
@@ -195,25 +217,31 @@ impl ContactContext {
             // Ids of walls fall with their index.
             for (index, (wall, surface)) in walls.iter().enumerate().rev() {
                 let distance = surface.distance(centre);
-                if distance >= constants.bound {
+                let radius = constants.shape.shape.circumradius();
+                if distance >= constants.bound.max(radius + range) {
                     continue;
                 }
-                let radius = constants.shape.shape.circumradius();
                 if distance < -radius {
                     outcome = outcome
                         .and_then(|()| Err(behind_wall(self.substep, particle, wall, distance, radius)));
                     continue;
                 }
+                let (ids, touched) = ([particle.id, ContactState::of_wall(index)], [Some(i), None]);
+                let film = self.at_wall(model, i, (wall, surface, time), (rates, dt));
                 let Some(overlap) =
                     overlap_wall(model.geometry, &self.body(particle), &surface.seen_from(centre))
                 else {
+                    if let Some(Acting { action, normal, lever }) = film {
+                        let point = domain.wrap(centre + lever);
+                        forces.add(&PairEntry::apart(ids, touched, point, normal).with(&action), near, store);
+                    }
                     continue;
                 };
                 let point = centre + overlap.point;
                 let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let input = ContactInput {
-                    ids: [particle.id, ContactState::of_wall(index)],
-                    indices: [Some(i), None],
+                    ids,
+                    indices: touched,
                     law,
                     overlap: &overlap,
                     offset: Vec3::zeros(),
@@ -225,6 +253,7 @@ impl ContactContext {
                     point: domain.wrap(point),
                 };
                 let entry = forces.evaluate(&input);
+                let entry = film.map_or(entry, |film| entry.with(&film.action));
                 forces.add(&entry, near, store);
                 if is_too_deep(overlap.depth, constants.thickness) && outcome.is_ok() {
                     let partner = format_args!("wall `{}`", wall.name);

@@ -57,6 +57,24 @@ pub(super) struct PairEntry {
     pub(super) volume: f64,
 }
 
+impl PairEntry {
+    /// Two bodies with a film but no contact.
+    pub(super) fn apart(ids: [u64; 2], indices: [Option<usize>; 2], point: Vec3, normal: Vec3) -> Self {
+        let action = Action { force: Vec3::zeros(), torques: [Vec3::zeros(); 2] };
+        Self { ids, indices, action, point, normal, depth: 0.0, volume: 0.0 }
+    }
+
+    /// Adds what the film does.
+    #[must_use]
+    pub(super) fn with(mut self, film: &Action) -> Self {
+        self.action.force += film.force;
+        for (sum, torque) in self.action.torques.iter_mut().zip(film.torques) {
+            *sum += torque;
+        }
+        self
+    }
+}
+
 /// Two bodies that overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactInput<'a> {
@@ -109,7 +127,9 @@ impl ContactForces {
     /// Counts of the contacts of the sub-step.
     pub(super) fn summary(&self) -> ContactSummary {
         ContactSummary {
-            count: self.states.iter().filter(|state| Vec3::from(state.force) != Vec3::zeros()).count(),
+            count: (self.states.iter())
+                .filter(|state| state.depth > 0.0 && Vec3::from(state.force) != Vec3::zeros())
+                .count(),
             max_depth: self.states.iter().map(|state| state.depth).fold(0.0, f64::max),
             begun: self.begun,
         }

@@ -3,13 +3,19 @@
 use super::mixed_tests::{CHANNEL, DT, crowd, params, templates};
 use super::*;
 use crate::comm::on_threads;
-use crate::contact::DampingLaw;
+use crate::contact::lubrication::Unresolved;
+use crate::contact::{DampingLaw, Lubrication};
 
-/// A crowd with friction, between moving walls, in two sub-steps.
+/// A crowd with friction, between moving walls, in two sub-steps; by the second damping it has films, too.
 fn engine(damping: DampingLaw, comm: &Comm, all: &[Particle]) -> Native {
     let mut params = params();
     if let Some(contact) = &mut params.contact {
         contact.damping = damping;
+        if damping == DampingLaw::Tsuji {
+            let unresolved = Unresolved { range: 0.5, ..Unresolved::SATURATED };
+            let film = Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: CHANNEL.dx, unresolved };
+            contact.lubrication = Some(film);
+        }
     }
     let cut = Decomposition::new(CHANNEL, comm.size()).unwrap();
     Native::new(params, cut, comm.rank(), templates(), all).unwrap()

@@ -36,7 +36,7 @@ pub(super) fn restitution(restitution: f64) -> ContactParams {
 const BOX: Domain = Domain { periodic: [true; 3], cells: [16, 16, 16], dx: 1e-3 };
 pub(super) const RADIUS: f64 = 1e-3;
 
-fn templates() -> Arc<[Template]> {
+pub(super) fn templates() -> Arc<[Template]> {
     [RADIUS, 0.7e-3]
         .map(|radius| Template { shape: Arc::new(Sphere { radius }), material: 0, density: 2500.0 })
         .into()
@@ -321,7 +321,7 @@ fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs
 }
 
 /// Bytes of all particles in order of id.
-fn gathered(comm: &Comm, engine: &Native) -> Vec<u8> {
+pub(super) fn gathered(comm: &Comm, engine: &Native) -> Vec<u8> {
     let own: Vec<u8> = bytemuck::cast_slice(engine.particles().owned()).to_vec();
     let mut all: Vec<Particle> = comm
         .all_gather(own)
@@ -332,7 +332,7 @@ fn gathered(comm: &Comm, engine: &Native) -> Vec<u8> {
     bytemuck::cast_slice(&all).to_vec()
 }
 
-const CROWDED: Domain = Domain { periodic: [true; 3], cells: [12, 12, 12], dx: 1e-3 };
+pub(super) const CROWDED: Domain = Domain { periodic: [true; 3], cells: [12, 12, 12], dx: 1e-3 };
 
 fn crowd(ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let cut = Decomposition::new(CROWDED, ranks).unwrap();
@@ -340,7 +340,7 @@ fn crowd(ranks: usize, rank: usize, all: &[Particle]) -> Native {
 }
 
 /// Touching spheres of two sizes on a shaken lattice that fills the box, drifting through its corners.
-fn cluster() -> Vec<Particle> {
+pub(super) fn cluster() -> Vec<Particle> {
     let mut random = ChaCha8Rng::seed_from_u64(11);
     (0..6 * 6 * 6_u64)
         .map(|n| {
@@ -358,7 +358,7 @@ fn cluster() -> Vec<Particle> {
 }
 
 /// Enlarged bodies under gravity, three sub-steps.
-fn shaken() -> NativeParams {
+pub(super) fn shaken() -> NativeParams {
     NativeParams {
         gravity: Vec3::new(0.0, 0.0, -9.81),
         substeps: 3,
@@ -374,7 +374,7 @@ fn stirring(particle: &Particle) -> Load {
     }
 }
 
-fn shake(engine: &mut Native, comm: &Comm, steps: usize) {
+pub(super) fn shake(engine: &mut Native, comm: &Comm, steps: usize) {
     for _ in 0..steps {
         let loads: Vec<Load> = engine.particles().owned().iter().map(stirring).collect();
         engine.advance(comm, &loads, 4.5e-5).unwrap();

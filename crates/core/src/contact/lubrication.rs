@@ -1,0 +1,307 @@
+//! Lubrication: what the fluid in a narrow gap does to two bodies, as far as the lattice does not resolve it.
+//!
+//! Two spheres of radii `a` and `b`, `R = a b / (a + b)` (`R = a` at a wall), at a gap `h` of `delta = h / dx` cells in a fluid of
+//! viscosity `mu`. With the unit vector `n` from the first to the second, the velocity `u` of the first relative to the second, and
+//! the lengths `l_a = a + h/2`, `l_b = b + h/2`, the surfaces slide at `s` and roll at `r`:
+//!
+//! ```text
+//! u_t = u - (u.n) n,   w_a = l_a omega_a x n,   w_b = l_b omega_b x n,   c = (l_a - l_b) / (l_a + l_b)
+//! s = u_t + w_a + w_b,   r = c u_t + w_a - w_b
+//! F_n = -6 pi mu R^2 M(delta) / h  (u.n) n
+//! F_s = -2 pi mu R Lambda_s(delta) s,   F_r = -(6/5) pi mu R Lambda_r(delta) r
+//! F_a = F_n + F_s + c F_r = -F_b,   T_a = l_a n x (F_s + F_r),   T_b = l_b n x (F_s - F_r)
+//! ```
+//!
+//! With `M = 1` and both `Lambda = ln(R / h)` these are the singular terms of the exact resistance, which for sliding and
+//! rolling are diagonal in `s` and `r`. So every term takes energy, forces are opposite, and their moments are balanced for any
+//! two radii. [`Unresolved`] has what is missing on a lattice. Bodies with other curved surfaces get the normal term alone, with the curvatures
+//! at the nearest points:
+//!
+//! ```text
+//! F_n = -12 pi mu M(delta) / (h (k_1 + k_2) sqrt(k_1 k_2))  (u.n) n
+//! ```
+//!
+//! `k_1` and `k_2` are the principal curvatures of the gap, the sum of those of both surfaces.
+//!
+//! Resistances are those of a gap of at least the roughness; bodies that overlap have no film. A force grows without bound as the gap closes, so it is
+//! implicit: with the velocity `v` of a term that the other forces would bring about within the sub-step `dt`, and the resistance `k`,
+//!
+//! ```text
+//! F = -k v / (1 + dt (sigma_a + sigma_b)),   sigma = sum of k beta over the terms of all gaps of a body
+//! ```
+//!
+//! where `beta` is the change of `v` by a unit impulse on that body. For one gap this is the backward Euler method. For any number of
+//! gaps, `sum dt k v^2 / (1 + ...) <= sum m v^2` over the bodies (Cauchy), so no term takes more energy than there is, however long
+//! the sub-step.
+//!
+//! References: Jeffrey and Onishi (1984), doi:10.1017/S0022112084000355 (spheres); Cox (1974), doi:10.1016/0301-9322(74)90019-6
+//! (curved surfaces); Goldman, Cox and Brenner (1967), doi:10.1016/0009-2509(67)80047-2 (a sphere along a wall); Ball and Melrose
+//! (1997), doi:10.1016/S0378-4371(97)00412-3 (terms that take energy).
+
+use super::law::Action;
+use crate::math::Vec3;
+use serde::Serialize;
+use std::f64::consts::PI;
+
+/// Lubrication between all bodies of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Lubrication {
+    /// Dynamic viscosity of the fluid (Pa s).
+    pub viscosity: f64,
+    /// Smallest gap that counts (m): the height of the roughness of the surfaces.
+    pub roughness: f64,
+    /// Edge of a cell (m).
+    pub cell: f64,
+    /// What a lattice of such cells misses.
+    pub unresolved: Unresolved,
+}
+
+/// The part of the singular resistance that a lattice misses, at a gap of `x` cells and a reduced radius of `r` cells:
+///
+/// ```text
+/// fade = 1 - (x / range)^4
+/// M = fade / (1 + linear x + square r x^2)
+/// Lambda_s = fade ln(1 + sliding / x),   Lambda_r = fade ln(1 + rolling / x)
+/// ```
+///
+/// Fitted to forces on held spheres (`validation/lubrication`).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Unresolved {
+    /// Gap from which on nothing is missing (cells).
+    pub range: f64,
+    /// Decay of the normal part with the gap, between two bodies and at a wall (-).
+    pub linear: [f64; 2],
+    /// Its decay with the square of the gap (-).
+    pub square: f64,
+    /// Strength of the sliding part, between two bodies and at a wall (-).
+    pub sliding: [f64; 2],
+    /// Strength of the rolling part, likewise (-).
+    pub rolling: [f64; 2],
+}
+
+impl Unresolved {
+    /// With partially saturated cells, for relaxation times from 0.53 to 1.
+    pub const SATURATED: Self =
+        Self { range: 3.0, linear: [2.7; 2], square: 0.85, sliding: [0.16, 0.0], rolling: [0.65, 0.29] };
+
+    /// With homogenised cells, whose surface lies deeper in the body the longer the relaxation time is (time steps, 0.53 to 1).
+    pub fn homogenised(relaxation_time: f64) -> Self {
+        let square = relaxation_time - 0.5;
+        let depth = square.sqrt();
+        Self {
+            range: 3.0,
+            linear: [0.44 / depth, 0.7 / depth],
+            square: 0.067 / square,
+            sliding: [0.7 * depth, 0.28 * depth],
+            rolling: [2.1 * depth, 0.78 * depth],
+        }
+    }
+}
+
+/// One of the two bodies of a gap.
+#[derive(Clone, Copy, Debug)]
+pub struct Side {
+    /// Velocity of its centre (m/s) at the end of the sub-step, as all other forces would make it.
+    pub velocity: Vec3,
+    /// Its angular velocity (1/s) likewise.
+    pub spin: Vec3,
+    /// The rates of all its gaps together.
+    pub rates: Rates,
+}
+
+/// How easily a sphere moves; a wall does not, which is the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mobility {
+    /// Inverse of its mass (1/kg).
+    pub mass: f64,
+    /// Inverse of its moment of inertia (1/(kg m^2)).
+    pub moment: f64,
+}
+
+/// Resistance times inverse inertia (1/s), of the normal term and of the tangential ones; over the gaps of a body they add up.
+pub type Rates = [f64; 2];
+
+/// The film of one gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    /// Resistances (N s/m): normal, sliding, rolling.
+    resistances: [f64; 3],
+    /// Lengths from the centres to the middle of the gap (m); that of a wall is zero.
+    levers: [f64; 2],
+    /// `c` of the formulas (-).
+    difference: f64,
+}
+
+impl Lubrication {
+    /// Gap from which on there is no force (m).
+    pub fn range(&self) -> f64 {
+        self.unresolved.range * self.cell
+    }
+
+    /// The film between two spheres, or between a sphere and a wall, whose radius is infinite. `gap` (m) is the distance of the
+    /// surfaces; bodies that overlap or are too far apart have none.
+    pub fn film(&self, radii: [f64; 2], gap: f64) -> Option<Film> {
+        if !(gap > 0.0 && gap < self.range()) {
+            return None;
+        }
+        let reduced = radii[0] / (1.0 + radii[0] / radii[1]);
+        let wall = usize::from(radii[1].is_infinite());
+        let open = gap.max(self.roughness);
+        let cells = open / self.cell;
+        let Unresolved { range, linear, square, sliding, rolling } = self.unresolved;
+        let part = (cells / range) * (cells / range);
+        let unit = PI * self.viscosity * reduced * (1.0 - part * part).max(0.0);
+        let decay = 1.0 + cells * (linear[wall] + square * (reduced / self.cell) * cells);
+        let resistances = [
+            6.0 * unit * reduced / (open * decay),
+            2.0 * unit * libm::log1p(sliding[wall] / cells),
+            1.2 * unit * libm::log1p(rolling[wall] / cells),
+        ];
+        let lever = |radius: f64| radius + 0.5 * gap;
+        let (levers, difference) = if wall == 1 {
+            ([lever(radii[0]), 0.0], -1.0)
+        } else {
+            (radii.map(lever), (radii[0] - radii[1]) / (radii[0] + radii[1] + gap))
+        };
+        Some(Film { resistances, levers, difference })
+    }
+}
+
+impl Film {
+    /// What the film adds to the rates of the bodies.
+    pub fn rates(&self, bodies: [Mobility; 2]) -> [Rates; 2] {
+        let [squeezing, sliding, rolling] = self.resistances;
+        let c = self.difference;
+        std::array::from_fn(|i| {
+            let turn = self.levers[i] * self.levers[i] * bodies[i].moment;
+            let mass = bodies[i].mass;
+            [squeezing * mass, sliding * (mass + turn) + rolling * (c * c * mass + turn)]
+        })
+    }
+
+    /// Force and torques, implicit over a sub-step of `dt` (s); `normal` leads from the first body to the second.
+    pub fn act(&self, normal: Vec3, sides: [&Side; 2], dt: f64) -> Action {
+        let [squeezing, sliding, rolling] = self.resistances;
+        let ([a, b], c) = (self.levers, self.difference);
+        let velocity = sides[0].velocity - sides[1].velocity;
+        let approach = velocity.dot(&normal);
+        let along = velocity - normal * approach;
+        let turning = [sides[0].spin.cross(&normal) * a, sides[1].spin.cross(&normal) * b];
+        let slip = along + turning[0] + turning[1];
+        let roll = along * c + turning[0] - turning[1];
+        let [straight, across] =
+            [0, 1].map(|term| 1.0 / (1.0 + dt * (sides[0].rates[term] + sides[1].rates[term])));
+        let (slip, roll) = (slip * (-sliding * across), roll * (-rolling * across));
+        Action {
+            force: normal * (-squeezing * straight * approach) + slip + roll * c,
+            torques: [normal.cross(&(slip + roll)) * a, normal.cross(&(slip - roll)) * b],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::tests::{random, random_direction};
+    use rand::Rng;
+
+    const VISCOSITY: f64 = 0.7;
+
+    /// Everything singular is missing, and both logarithms are `log`.
+    fn everything(cell: f64, gap: f64, log: f64) -> Lubrication {
+        let strength = [libm::expm1(log) * gap / cell; 2];
+        let unresolved =
+            Unresolved { range: 1e9, linear: [0.0; 2], square: 0.0, sliding: strength, rolling: strength };
+        Lubrication { viscosity: VISCOSITY, roughness: 0.0, cell, unresolved }
+    }
+
+    fn side(velocity: Vec3, spin: Vec3) -> Side {
+        Side { velocity, spin, rates: [0.0; 2] }
+    }
+
+    #[test]
+    fn the_singular_resistances_of_two_spheres_are_those_of_jeffrey_and_onishi_for_any_ratio_of_radii() {
+        let (a, gap, log) = (1.3, 1e-9, 4.0);
+        let (along, across, turning) = (Vec3::z(), Vec3::x(), Vec3::y());
+        let still = side(Vec3::zeros(), Vec3::zeros());
+        for l in [0.2, 0.5, 1.0, 3.0, 10.0_f64] {
+            let film = everything(0.1, gap, log).film([a, l * a], gap).unwrap();
+            let act = |first: &Side| film.act(along, [first, &still], 0.0);
+            let same = |value: f64, expected: f64| {
+                assert!((value / expected - 1.0).abs() < 1e-7, "{value} {expected}")
+            };
+            let m = PI * VISCOSITY * a;
+            // Squeezing: X^A, of which the gap is measured in means of the radii.
+            let squeezed = act(&side(along, Vec3::zeros()));
+            let x = 2.0 * l * l / (1.0 + l).powi(3) * (0.5 * (1.0 + l) * a / gap);
+            same(squeezed.force.z, -6.0 * m * x);
+            assert!(squeezed.torques == [Vec3::zeros(); 2]);
+            // A velocity across the line of centres: Y^A and Y^B.
+            let sheared = act(&side(across, Vec3::zeros()));
+            let (y_a, y_b) = (
+                4.0 * l * (2.0 + l + 2.0 * l * l) / (15.0 * (1.0 + l).powi(3)),
+                l * (4.0 + l) / (5.0 * (1.0 + l).powi(2)),
+            );
+            same(sheared.force.x, -6.0 * m * y_a * log);
+            same(sheared.torques[0].y, -4.0 * m * a * y_b * log);
+            // A spin: Y^B again, by reciprocity, and Y^C of both spheres.
+            let spun = act(&side(Vec3::zeros(), turning));
+            same(spun.force.x, -4.0 * m * a * y_b * log);
+            same(spun.torques[0].y, -8.0 * m * a * a * 2.0 * l / (5.0 * (1.0 + l)) * log);
+            same(spun.torques[1].y, -8.0 * m * a * a * l * l / (10.0 * (1.0 + l)) * log);
+        }
+    }
+
+    #[test]
+    fn the_singular_resistances_at_a_wall_are_those_of_goldman_cox_and_brenner() {
+        let (a, gap, log) = (1.3, 1e-9, 4.0);
+        let film = everything(0.1, gap, log).film([a, f64::INFINITY], gap).unwrap();
+        let still = side(Vec3::zeros(), Vec3::zeros());
+        let act = |first: &Side| film.act(-Vec3::z(), [first, &still], 0.0);
+        let same =
+            |value: f64, expected: f64| assert!((value / expected - 1.0).abs() < 1e-7, "{value} {expected}");
+        let m = PI * VISCOSITY * a;
+        same(act(&side(-Vec3::z(), Vec3::zeros())).force.z, 6.0 * m * a / gap);
+        let (moved, spun) = (act(&side(Vec3::x(), Vec3::zeros())), act(&side(Vec3::zeros(), Vec3::y())));
+        same(moved.force.x, -6.0 * m * 8.0 / 15.0 * log);
+        same(moved.torques[0].y, 8.0 * m * a * 0.1 * log);
+        same(spun.force.x, 6.0 * m * a * 2.0 / 15.0 * log);
+        same(spun.torques[0].y, -8.0 * m * a * a * 0.4 * log);
+    }
+
+    #[test]
+    fn two_spheres_that_move_like_one_rigid_body_feel_nothing_and_any_other_motion_costs_energy() {
+        let mut random = random(8);
+        for _ in 0..2000 {
+            let radii = [random.random_range(0.1..3.0), random.random_range(0.1..3.0)];
+            let gap = random.random_range(1e-3..0.1);
+            let film = everything(0.05, gap, random.random_range(0.1..5.0)).film(radii, gap).unwrap();
+            let normal = random_direction(&mut random);
+            let [u, v, spin, other] = [0; 4].map(|_| random_direction(&mut random));
+            let offset = normal * (radii[0] + radii[1] + gap);
+            let rigid = [side(u, spin), side(u + spin.cross(&offset), spin)];
+            let felt = film.act(normal, [&rigid[0], &rigid[1]], 0.0);
+            let scale = VISCOSITY * 400.0 / gap;
+            assert!(
+                felt.force.norm() < 1e-12 * scale && felt.torques.iter().all(|t| t.norm() < 1e-12 * scale)
+            );
+
+            let sides = [side(u, spin), side(v, other)];
+            let Action { force, torques } = film.act(normal, [&sides[0], &sides[1]], 0.0);
+            assert!(force.dot(&(u - v)) + torques[0].dot(&spin) + torques[1].dot(&other) < 0.0);
+            // Forces are opposite; so their moment is that of the force on the second.
+            let moment = torques[0] + torques[1] - offset.cross(&force);
+            assert!(moment.norm() < 1e-12 * scale, "{moment}");
+        }
+    }
+
+    #[test]
+    fn the_force_ends_without_a_step_at_the_range_and_stays_the_same_below_the_roughness() {
+        let unresolved = Unresolved::SATURATED;
+        let film = Lubrication { viscosity: 1.0, roughness: 1e-3, cell: 0.1, unresolved };
+        let squeezing = |gap: f64| film.film([1.0, 2.0], gap).map_or(0.0, |film| film.resistances[0]);
+        assert!(squeezing(0.3001) == 0.0 && squeezing(-1e-9) == 0.0 && squeezing(f64::NAN) == 0.0);
+        assert!(squeezing(0.2999) < 1e-3 * squeezing(0.1));
+        assert!(squeezing(1e-9) == squeezing(1e-3) && squeezing(1e-3) > 1.5 * squeezing(2e-3));
+    }
+}

@@ -1,0 +1,182 @@
+//! Films of fluid in narrow gaps, between particles and at walls.
+
+use super::context::{ContactContext, IdOrder};
+use crate::comm::Comm;
+use crate::contact::ContactModel;
+use crate::contact::law::Action;
+use crate::contact::lubrication::{Film, Lubrication, Mobility, Rates, Side};
+use crate::math::Vec3;
+use crate::particle::Particle;
+use crate::wall::{Surface, Wall};
+use bytemuck::{Pod, Zeroable};
+
+/// Rates of a particle (1/s), on their way to a rank that has it as a ghost.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct RatesRecord {
+    id: u64,
+    rates: Rates,
+}
+
+/// A film that acts on the first of its bodies, with its place.
+pub(super) struct Acting {
+    /// Force and torques.
+    pub(super) action: Action,
+    /// Unit normal, from the first body to the second.
+    pub(super) normal: Vec3,
+    /// From the centre of the first body to the middle of the gap (m).
+    pub(super) lever: Vec3,
+}
+
+impl ContactContext {
+    fn mobility(&self, particle: &Particle) -> Mobility {
+        let inertia = &self.constants(particle).inertia;
+        Mobility { mass: 1.0 / inertia.mass, moment: 1.0 / inertia.moments.x }
+    }
+
+    /// The film between two particles, `offset` (m) from the first to the second.
+    fn film(&self, lubrication: &Lubrication, pair: [&Particle; 2], offset: Vec3) -> Option<Film> {
+        let [a, b] = pair.map(|particle| self.constants(particle).film_radius);
+        let radii = [a?, b?];
+        let reach = radii[0] + radii[1] + lubrication.range();
+        if offset.norm_squared() >= reach * reach {
+            return None;
+        }
+        lubrication.film(radii, offset.norm() - radii[0] - radii[1])
+    }
+
+    /// The film between a particle and the surface of a wall.
+    fn wall_film(&self, lubrication: &Lubrication, particle: &Particle, surface: &Surface) -> Option<Film> {
+        let radius = self.constants(particle).film_radius?;
+        lubrication.film([radius, f64::INFINITY], surface.distance(particle.position()) - radius)
+    }
+
+    /// Sums of the rates of the films of each particle, ghosts included; none without lubrication. An owner has all bodies near its
+    /// particles, so it finds their sums alone, in ascending order of the partners, and tells them to the ranks that have
+    /// ghosts of them. Collective.
+    pub(super) fn rates(
+        &self,
+        model: &ContactModel,
+        order: &mut IdOrder,
+        dt: f64,
+        comm: &Comm,
+    ) -> Vec<Rates> {
+        let (Some(lubrication), store) = (&model.lubrication, &self.local.store) else {
+            return Vec::new();
+        };
+        let mut sums = vec![[0.0; 2]; store.particles.len()];
+        let mut add = |index: usize, rates: Rates| {
+            for (sum, rate) in sums[index].iter_mut().zip(rates) {
+                *sum += rate;
+            }
+        };
+        let domain = self.near.decomposition().domain;
+        let (list, indices, positions) = order.pairs();
+        for neighbour in list {
+            let [p, q] = neighbour.pair.map(|k| k as usize);
+            let [i, j] = [p, q].map(|k| indices[k] as usize);
+            if i.min(j) >= store.owned {
+                continue;
+            }
+            let pair = [i, j].map(|k| &store.particles[k]);
+            let offset = domain.nearest_image(positions[q] - positions[p]);
+            if let Some(film) = self.film(lubrication, pair, offset) {
+                let [first, second] = film.rates(pair.map(|particle| self.mobility(particle)));
+                add(i, first);
+                add(j, second);
+            }
+        }
+        let time = self.substep as f64 * dt;
+        for wall in &self.params.walls {
+            let surface = wall.surface_at(time);
+            for (i, particle) in store.owned().iter().enumerate() {
+                if let Some(film) = self.wall_film(lubrication, particle, &surface) {
+                    add(i, film.rates([self.mobility(particle), Mobility::default()])[0]);
+                }
+            }
+        }
+        self.tell_rates(&mut sums, comm);
+        sums
+    }
+
+    /// Replaces the rates of ghosts by those of their owners.
+    fn tell_rates(&self, sums: &mut [Rates], comm: &Comm) {
+        let (near, store) = (&self.near, &self.local.store);
+        if near.peers.is_empty() {
+            return;
+        }
+        let mut messages = vec![Vec::new(); near.peers.len()];
+        for (particle, &rates) in store.owned().iter().zip(&*sums) {
+            for (link, message) in messages.iter_mut().enumerate() {
+                if near.is_ghost_on_peer(link, particle.position(), particle.template) {
+                    message.extend_from_slice(bytemuck::bytes_of(&RatesRecord { id: particle.id, rates }));
+                }
+            }
+        }
+        for message in comm.exchange(&near.peers, messages) {
+            for RatesRecord { id, rates } in bytemuck::pod_collect_to_vec::<u8, RatesRecord>(&message) {
+                if let Some(index) = self.local.index_of(id) {
+                    sums[index] = rates;
+                }
+            }
+        }
+    }
+
+    /// A particle as a film meets it: with the velocities that the loads of the sub-step before would bring about at the end of a
+    /// sub-step of `dt` (s). The particle has those of a prediction with all forces, see [`integrator`](crate::dem::integrator).
+    fn side(&self, index: usize, rates: &[Rates], dt: f64) -> Side {
+        let particle = &self.local.store.particles[index];
+        let inertia = &self.constants(particle).inertia;
+        let past = self.past.get(index).filter(|_| self.substep > 0).copied().unwrap_or_default();
+        let half = 0.5 * dt;
+        let force = past.force + self.params.gravity * inertia.mass - Vec3::from(particle.contact_force);
+        let torque = past.torque - Vec3::from(particle.contact_torque);
+        let momentum = Vec3::from(particle.angular_momentum) + torque * half;
+        Side {
+            velocity: particle.velocity() + force * (half / inertia.mass),
+            spin: inertia.angular_velocity(&particle.orientation(), momentum),
+            rates: rates[index],
+        }
+    }
+
+    /// Time over which a film acts on the velocities of [`side`](Self::side): the first sub-step begins in its middle, see
+    /// [`integrator::start`](crate::dem::integrator::start).
+    fn span(&self, dt: f64) -> f64 {
+        if self.substep == 0 { 0.5 * dt } else { dt }
+    }
+
+    /// What the film between two particles does, `offset` (m) from the first to the second.
+    pub(super) fn between(
+        &self,
+        model: &ContactModel,
+        [i, j]: [usize; 2],
+        offset: Vec3,
+        (rates, dt): (&[Rates], f64),
+    ) -> Option<Acting> {
+        let pair = [i, j].map(|k| &self.local.store.particles[k]);
+        let film = self.film(model.lubrication.as_ref()?, pair, offset)?;
+        let distance = offset.norm();
+        let [a, b] = pair.map(|particle| self.constants(particle).film_radius.unwrap_or_default());
+        let normal = offset / distance;
+        let action = film.act(normal, [&self.side(i, rates, dt), &self.side(j, rates, dt)], self.span(dt));
+        Some(Acting { action, normal, lever: normal * (0.5 * (distance + a - b)) })
+    }
+
+    /// What the film between a particle and a wall does, whose surface is the one given at `time` (s).
+    pub(super) fn at_wall(
+        &self,
+        model: &ContactModel,
+        i: usize,
+        (wall, surface, time): (&Wall, &Surface, f64),
+        (rates, dt): (&[Rates], f64),
+    ) -> Option<Acting> {
+        let particle = &self.local.store.particles[i];
+        let film = self.wall_film(model.lubrication.as_ref()?, particle, surface)?;
+        let (centre, radius) = (particle.position(), self.constants(particle).film_radius?);
+        let (distance, normal) = (surface.distance(centre), -surface.normal(centre));
+        let velocity = wall.velocity(centre + normal * distance, time);
+        let still = Side { velocity, spin: Vec3::zeros(), rates: [0.0; 2] };
+        let action = film.act(normal, [&self.side(i, rates, dt), &still], self.span(dt));
+        Some(Acting { action, normal, lever: normal * (0.5 * (distance + radius)) })
+    }
+}

@@ -1,0 +1,209 @@
+//! Force and torque on spheres held at a small gap from each other or from a wall while they move: one row of a table for each
+//! combination of the lists given as `key=a,b,...`. See the README of this folder.
+//!
+//! Lattice units throughout.
+
+#![allow(clippy::print_stdout)]
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::sync::Arc;
+use turbid::comm::Comm;
+use turbid::coupling::{
+    Coupling, CouplingParams, ForceBalance, Homogenised, LatticeWalls, Method, Saturated, SolidOperator,
+};
+use turbid::dem::Load;
+use turbid::domain::{Decomposition, Domain};
+use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd};
+use turbid::math::Vec3;
+use turbid::particle::{Particle, ParticleStore, Template};
+use turbid::shape::{Shape, Sphere};
+use turbid::units::Units;
+use turbid::wall::{Motion, Surface, Wall};
+
+/// One row: what is computed.
+struct Row {
+    method: Method,
+    tau: f64,
+    /// Cells of the diameter of the first sphere.
+    resolution: f64,
+    /// Radius of the second sphere over that of the first; none for a wall.
+    ratio: Option<f64>,
+    /// "squeeze", "shear", "spin" or "roll".
+    motion: String,
+    /// Gap (cells).
+    gap: f64,
+    /// Number of a random place of the pair in a cell.
+    place: u64,
+    /// True if the line of centres is not along an axis of the lattice.
+    oblique: bool,
+    /// Edge of the box over the larger diameter.
+    room: f64,
+}
+
+/// A random number in (0, 1) of a fixed sequence.
+fn random(seed: &mut u64) -> f64 {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+/// Force and torque on the first sphere in a steady state, over `6 pi mu a U` and `8 pi mu a^2 U` (of a spin, `U = a w`): along
+/// the direction of its motion or of its torque.
+struct Outcome {
+    force: f64,
+    torque: f64,
+    steps: u64,
+}
+
+fn measure(row: &Row) -> Outcome {
+    let radius = 0.5 * row.resolution;
+    let other = row.ratio.map(|ratio| ratio * radius);
+    let nu = (row.tau - 0.5) / 3.0;
+    let speed = 0.01 * nu / radius;
+    let edge = (row.room * 2.0 * radius.max(other.unwrap_or(0.0))).round();
+    let cells = edge as usize;
+    let mut seed = row.place;
+    let aside = Vec3::from_fn(|_, _| random(&mut seed));
+    let middle = Vec3::repeat((cells / 2) as f64) + aside;
+    let axis = if row.oblique { Vec3::new(0.48, -0.6, 0.64) } else { Vec3::z() };
+    let across = axis.cross(&Vec3::x()).normalize();
+    let domain = Domain { periodic: [true, true, row.ratio.is_some()], cells: [cells; 3], dx: 1.0 };
+    let plane = |name: &str, z: f64, up: f64| Wall {
+        name: name.into(),
+        surface: Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::z() * up },
+        motion: Motion::default(),
+        material: 0,
+    };
+
+    // The first sphere above; it moves down, or along, or turns as if it rolled along.
+    let (mut first, mut second) = (Particle::at(0, 0, Vec3::zeros()), Particle::at(1, 1, Vec3::zeros()));
+    let separation = radius + row.gap + other.unwrap_or(0.0);
+    first.position = match other {
+        Some(_) => middle + axis * (0.5 * separation),
+        None => Vec3::new(middle.x, middle.y, separation),
+    }
+    .into();
+    second.position = (middle - axis * (0.5 * separation)).into();
+    let turning = across.cross(&axis);
+    match row.motion.as_str() {
+        "squeeze" => (first.velocity, second.velocity) = ((-axis * speed).into(), (axis * speed).into()),
+        "shear" => (first.velocity, second.velocity) = ((across * speed).into(), (-across * speed).into()),
+        "spin" | "roll" => {
+            let spin = turning * (speed / radius);
+            first.angular_velocity = spin.into();
+            second.angular_velocity = if row.motion == "spin" { spin } else { -spin }.into();
+        }
+        motion => panic!("{motion}"),
+    }
+    let count = 1 + usize::from(other.is_some());
+    let shapes: Vec<Arc<dyn Shape>> = [Some(radius), other]
+        .into_iter()
+        .flatten()
+        .map(|radius| Arc::new(Sphere { radius }) as Arc<dyn Shape>)
+        .collect();
+    let templates: Arc<[Template]> =
+        shapes.iter().map(|shape| Template { shape: shape.clone(), material: 0, density: 1.0 }).collect();
+
+    let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
+    let decomposition = Decomposition::new(domain, 1).expect("one block");
+    let walls = [plane("z-", 0.0, 1.0), plane("z+", edge, -1.0)];
+    let walls = LatticeWalls::new(if other.is_some() { &[] } else { &walls }, &units);
+    let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
+    let params = FluidParams {
+        relaxation_time: row.tau,
+        collision: Collision::Trt { magic: 0.125 },
+        simd: Simd::best(),
+    };
+    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &boundary).unwrap();
+    let coupled = CouplingParams {
+        units,
+        method: row.method,
+        gravity: Vec3::zeros(),
+        force_balance: ForceBalance::FluidOnly,
+        simd: Simd::best(),
+    };
+    let reach = radius.max(other.unwrap_or(0.0));
+    let mut coupling = Coupling::new(coupled, &decomposition, 0, reach);
+    let particles = [first, second][..count].to_vec();
+    let store = ParticleStore { templates, particles, owned: count, owners: vec![0; count] };
+
+    let interval = (0.5 * radius * radius / nu).ceil().max(50.0) as u64;
+    let (mut before, mut steady, mut steps) = (f64::INFINITY, 0, 0);
+    loop {
+        let mut sum = Load::default();
+        for _ in 0..interval {
+            coupling.map(&store);
+            coupling.sweep(&mut fluid, [0.0; 3], false);
+            fluid.exchange();
+            sum += coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
+            steps += 1;
+        }
+        let n = interval as f64;
+        let way = if row.motion == "squeeze" { axis } else { -across };
+        let force = sum.force.dot(&way) / (n * 6.0 * PI * nu * radius * speed);
+        let torque = sum.torque.dot(&turning) / (n * 8.0 * PI * nu * radius * radius * speed);
+        let now = force.abs().max(torque.abs());
+        steady = if ((now - before) / now).abs() < 1e-3 { steady + 1 } else { 0 };
+        before = now;
+        if steady >= 2 || steps > 100_000 {
+            return Outcome { force, torque, steps };
+        }
+    }
+}
+
+fn main() {
+    let mut lists: BTreeMap<String, Vec<String>> = [
+        ("solids", "saturated"),
+        ("with", "1"),
+        ("motion", "squeeze"),
+        ("tau", "0.65"),
+        ("n", "12"),
+        ("gap", "1"),
+        ("oblique", "0"),
+        ("place", "1"),
+        ("room", "4"),
+    ]
+    .into_iter()
+    .map(|(k, v)| (k.to_string(), vec![v.to_string()]))
+    .collect();
+    let mut given = false;
+    for argument in std::env::args().skip(1) {
+        if let Some((key, list)) = argument.split_once('=') {
+            given = true;
+            lists.insert(key.into(), list.split(',').map(str::to_string).collect());
+        }
+    }
+    if !given {
+        return;
+    }
+    println!("solids,with,motion,tau,n,gap,oblique,place,room,force,torque,steps");
+    let keys = ["solids", "with", "motion", "tau", "n", "gap", "oblique", "place", "room"];
+    let total: usize = keys.iter().map(|k| lists[*k].len()).product();
+    for mut number in 0..total {
+        let mut pick: BTreeMap<&str, &str> = BTreeMap::new();
+        for key in keys.iter().rev() {
+            let list = &lists[*key];
+            pick.insert(key, &list[number % list.len()]);
+            number /= list.len();
+        }
+        let real = |key: &str| -> f64 { pick[key].parse().expect("a number") };
+        let row = Row {
+            method: match pick["solids"] {
+                "homogenised" => Method::Homogenised(Homogenised { ramp: 0.5 }),
+                "saturated" => Method::Saturated(Saturated { operator: SolidOperator::Sc3, face_shift: 0.1 }),
+                other => panic!("{other}"),
+            },
+            tau: real("tau"),
+            resolution: real("n"),
+            ratio: (pick["with"] != "wall").then(|| real("with")),
+            motion: pick["motion"].into(),
+            gap: real("gap"),
+            place: real("place") as u64,
+            oblique: pick["oblique"] != "0",
+            room: real("room"),
+        };
+        let o = measure(&row);
+        let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();
+        println!("{},{:.5},{:.5},{}", words.join(","), o.force, o.torque, o.steps);
+    }
+}
