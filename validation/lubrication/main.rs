@@ -9,6 +9,8 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use turbid::comm::Comm;
+use turbid::contact::Lubrication;
+use turbid::contact::lubrication::{Side, Unresolved};
 use turbid::coupling::{
     Coupling, CouplingParams, ForceBalance, Homogenised, LatticeWalls, Method, Saturated, SolidOperator,
 };
@@ -47,12 +49,52 @@ fn random(seed: &mut u64) -> f64 {
     (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Force and torque on the first sphere in a steady state, over `6 pi mu a U` and `8 pi mu a^2 U` (of a spin, `U = a w`): along
-/// the direction of its motion or of its torque.
+/// Force against the motion of the first sphere and torque on it in a steady state, over `6 pi mu a U` and `8 pi mu a^2 U` (of a
+/// spin, `U = a w`).
 struct Outcome {
+    /// Of the lattice.
     force: f64,
     torque: f64,
+    /// With what [`Lubrication`] adds.
+    full_force: f64,
+    full_torque: f64,
     steps: u64,
+}
+
+/// The exact force of [`Outcome`], if it is known.
+///
+/// Squeezing: the series of Brenner (1961), Chem. Engng Sci. 16, 242, for a wall and, with a free surface half-way, for two equal
+/// spheres. Shear at a wall: O'Neill and Stewartson (1967), J. Fluid Mech. 27, 705, with `0.306 x` for the next term, by which it agrees
+/// with the table of Goldman, Cox and Brenner (1967), Chem. Engng Sci. 22, 637, within 0.2 % up to half a radius.
+fn exact(row: &Row) -> Option<f64> {
+    let gap = row.gap / (0.5 * row.resolution);
+    let is_wall = row.ratio.is_none();
+    match row.motion.as_str() {
+        "squeeze" if is_wall => Some(squeezed(gap, |sinh, cosh, n, s| {
+            let (double, single) = (2.0 * sinh * cosh, s.sinh());
+            (2.0 * double + n * (2.0 * s).sinh()) / (4.0 * sinh * sinh - n * n * single * single)
+        })),
+        "squeeze" if row.ratio == Some(1.0) => Some(squeezed(0.5 * gap, |sinh, cosh, n, s| {
+            let (double, single) = (2.0 * sinh * cosh, s.sinh());
+            (4.0 * cosh * cosh + n * n * single * single) / (2.0 * double - n * (2.0 * s).sinh())
+        })),
+        "shear" if is_wall => {
+            Some((8.0 / 15.0 + 64.0 / 375.0 * gap) * (2.0 / gap).ln() + 0.58461 + 0.306 * gap)
+        }
+        _ => None,
+    }
+}
+
+/// The sum of Brenner's series, a term of which is given `sinh` and `cosh` of `(n + 1/2) s`, `2 n + 1`, and `s`; `cosh s` is the
+/// distance of the centre from the plane of symmetry over the radius.
+fn squeezed(gap: f64, term: impl Fn(f64, f64, f64, f64) -> f64) -> f64 {
+    let s = (1.0 + gap).acosh();
+    let each = (1..).map(f64::from).take_while(|n| (n + 0.5) * s < 40.0).map(|n| {
+        let x = (n + 0.5) * s;
+        let weight = n * (n + 1.0) / ((2.0 * n - 1.0) * (2.0 * n + 3.0));
+        weight * (term(x.sinh(), x.cosh(), 2.0 * n + 1.0, s) - 1.0)
+    });
+    4.0 / 3.0 * s.sinh() * each.sum::<f64>()
 }
 
 fn measure(row: &Row) -> Outcome {
@@ -146,7 +188,22 @@ fn measure(row: &Row) -> Outcome {
         steady = if ((now - before) / now).abs() < 1e-3 { steady + 1 } else { 0 };
         before = now;
         if steady >= 2 || steps > 100_000 {
-            return Outcome { force, torque, steps };
+            let radii = [radius, other.unwrap_or(f64::INFINITY)];
+            let side =
+                |p: &Particle| Side { velocity: p.velocity(), spin: p.angular_velocity(), rates: [0.0; 2] };
+            let still = Side { velocity: Vec3::zeros(), spin: Vec3::zeros(), rates: [0.0; 2] };
+            let sides = [&side(&first), &if other.is_some() { side(&second) } else { still }];
+            let unresolved = match row.method {
+                Method::Saturated(_) => Unresolved::SATURATED,
+                Method::Homogenised(_) => Unresolved::homogenised(row.tau),
+            };
+            let film = Lubrication { viscosity: nu, roughness: 0.0, cell: 1.0, unresolved };
+            let added = film.film(radii, row.gap).map(|film| film.act(-axis, sides, 0.0));
+            let (more, turn) =
+                added.map_or((0.0, 0.0), |action| (action.force.dot(&way), action.torques[0].dot(&turning)));
+            let full_force = force + more / (6.0 * PI * nu * radius * speed);
+            let full_torque = torque + turn / (8.0 * PI * nu * radius * radius * speed);
+            return Outcome { force, torque, full_force, full_torque, steps };
         }
     }
 }
@@ -176,7 +233,9 @@ fn main() {
     if !given {
         return;
     }
-    println!("solids,with,motion,tau,n,gap,oblique,place,room,force,torque,steps");
+    println!(
+        "solids,with,motion,tau,n,gap,oblique,place,room,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
+    );
     let keys = ["solids", "with", "motion", "tau", "n", "gap", "oblique", "place", "room"];
     let total: usize = keys.iter().map(|k| lists[*k].len()).product();
     for mut number in 0..total {
@@ -204,6 +263,20 @@ fn main() {
         };
         let o = measure(&row);
         let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();
-        println!("{},{:.5},{:.5},{}", words.join(","), o.force, o.torque, o.steps);
+        let exact = exact(&row);
+        let percent =
+            |force: f64| exact.map_or("".into(), |exact| format!("{:+.1} %", 100.0 * (force / exact - 1.0)));
+        let name = words.join(",");
+        println!(
+            "{name},{:.4},{:.4},{:.4},{:.4},{},{},{},{}",
+            o.force,
+            o.torque,
+            o.full_force,
+            o.full_torque,
+            exact.map_or(String::new(), |exact| format!("{exact:.4}")),
+            percent(o.force),
+            percent(o.full_force),
+            o.steps
+        );
     }
 }

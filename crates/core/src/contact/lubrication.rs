@@ -14,14 +14,7 @@
 //!
 //! With `M = 1` and both `Lambda = ln(R / h)` these are the singular terms of the exact resistance, which for sliding and
 //! rolling are diagonal in `s` and `r`. So every term takes energy, forces are opposite, and their moments are balanced for any
-//! two radii. [`Unresolved`] has what is missing on a lattice. Bodies with other curved surfaces get the normal term alone, with the curvatures
-//! at the nearest points:
-//!
-//! ```text
-//! F_n = -12 pi mu M(delta) / (h (k_1 + k_2) sqrt(k_1 k_2))  (u.n) n
-//! ```
-//!
-//! `k_1` and `k_2` are the principal curvatures of the gap, the sum of those of both surfaces.
+//! two radii. [`Unresolved`] has what is missing on a lattice.
 //!
 //! Resistances are those of a gap of at least the roughness; bodies that overlap have no film. A force grows without bound as the gap closes, so it is
 //! implicit: with the velocity `v` of a term that the other forces would bring about within the sub-step `dt`, and the resistance `k`,
@@ -34,8 +27,7 @@
 //! gaps, `sum dt k v^2 / (1 + ...) <= sum m v^2` over the bodies (Cauchy), so no term takes more energy than there is, however long
 //! the sub-step.
 //!
-//! References: Jeffrey and Onishi (1984), doi:10.1017/S0022112084000355 (spheres); Cox (1974), doi:10.1016/0301-9322(74)90019-6
-//! (curved surfaces); Goldman, Cox and Brenner (1967), doi:10.1016/0009-2509(67)80047-2 (a sphere along a wall); Ball and Melrose
+//! References: Jeffrey and Onishi (1984), doi:10.1017/S0022112084000355 (spheres); Goldman, Cox and Brenner (1967), doi:10.1016/0009-2509(67)80047-2 (a sphere along a wall); Ball and Melrose
 //! (1997), doi:10.1016/S0378-4371(97)00412-3 (terms that take energy).
 
 use super::law::Action;

@@ -62,11 +62,6 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let remark = format!("{}, one {weight}", cells(resting));
     rows.push(row("overlap, at rest", depth(resting), remark));
     rows.extend(restitution_rows(contact));
-    if let Some(film) = &contact.lubrication {
-        let radii = film.roughness / (0.5 * setup.diameter);
-        let remark = format!("in gaps below {} cells; roughness {radii:.1e} radii", film.unresolved.range);
-        rows.push(row("lubrication", format!("{:.2e} m", film.roughness), remark));
-    }
     rows
 }
 

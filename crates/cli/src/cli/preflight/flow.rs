@@ -10,7 +10,7 @@ fn on_lattice(setup: &Setup, velocity: f64) -> String {
     format!("on the lattice {lattice:.5}, Mach {:.4}", 3.0_f64.sqrt() * lattice)
 }
 
-/// Gaps whose forces the lattice does not resolve.
+/// Gaps whose forces the lattice does not resolve, or to which lubrication is added.
 fn gap_row(setup: &Setup) -> Option<Row> {
     if setup.particles.len() + setup.walls.len() < 2 || setup.particles.is_empty() {
         return None;
@@ -19,8 +19,16 @@ fn gap_row(setup: &Setup) -> Option<Row> {
         let gap = 2.0 * contact.enlargement;
         format!("; surfaces touch at {gap:.3e} m, {:.2} cells", gap / setup.domain.dx)
     });
+    if let Some(film) = setup.contact.as_ref().and_then(|contact| contact.lubrication) {
+        let radii = film.roughness / (0.5 * setup.diameter);
+        let remark = format!(
+            "{} cells; down to the roughness of {:.3e} m, {radii:.1e} radii{touch}",
+            film.unresolved.range, film.roughness
+        );
+        return Some(row("lubrication below", format!("{:.3e} m", film.range()), remark));
+    }
     let remark = format!(
-        "one cell: no lubrication model, forces in narrower gaps are too weak (README, Scope){touch}"
+        "one cell: forces in narrower gaps are too weak without `contact.lubrication` (README, Scope){touch}"
     );
     Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), remark))
 }
