@@ -12,7 +12,7 @@ use serde::Deserialize;
     "oneOf" = [{ "required": ["volume_fraction"] }, { "required": ["count"] }, { "required": ["file"] }, { "required": ["list"] }],
     "dependentSchemas" = {
         "sizes": at_random(), "seed": at_random(), "minimum_gap": { "anyOf": [at_random(), relaxed()] },
-        "overlaps": { "not": at_random() }, "relax_distance": relaxed()
+        "overlaps": listed(), "relax_distance": relaxed()
     }
 ))]
 pub struct ParticleSection {
@@ -47,7 +47,7 @@ pub struct ParticleSection {
     /// Listed particles, or those of a file, that overlap each other or a wall. Default "refuse".
     pub overlaps: Option<Overlaps>,
     /// Furthest that `overlaps = "relax"` may move any point of a particle: a length in m, or `{ diameters = 0.2 }`, diameters of
-    /// the sphere of equal volume. Default `{ diameters = 0.1 }`.
+    /// the sphere of equal volume. Default `{ diameters = 0.5 }`.
     pub relax_distance: Option<RelaxDistance>,
 }
 
@@ -82,7 +82,12 @@ pub struct RelativeDistance {
 
 /// Of keys that only particles at random positions have.
 fn at_random() -> serde_json::Value {
-    serde_json::json!({ "not": { "anyOf": [{ "required": ["file"] }, { "required": ["list"] }] } })
+    serde_json::json!({ "not": listed() })
+}
+
+/// Of keys that only particles of a list or a file have.
+fn listed() -> serde_json::Value {
+    serde_json::json!({ "anyOf": [{ "required": ["file"] }, { "required": ["list"] }] })
 }
 
 /// Of keys that only particles have whose overlaps are relaxed.

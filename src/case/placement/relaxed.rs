@@ -11,7 +11,7 @@ use crate::particle::Particle;
 use crate::wall::Surface;
 
 /// Furthest that a point of a particle is moved by default, in diameters of the sphere of equal volume.
-const DISTANCE: f64 = 0.1;
+const DISTANCE: f64 = 0.5;
 
 /// True of a section whose particles may be moved apart.
 pub(super) fn relaxes(section: &ParticleSection) -> bool {

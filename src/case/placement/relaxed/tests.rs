@@ -84,9 +84,12 @@ fn spheres_move_apart_through_periodic_faces_and_out_of_walls() {
 #[test]
 fn spheres_at_the_same_place_come_apart_where_the_distance_allows() {
     let list = "[0.5, 0.5, 0.5], [0.5, 0.5, 0.5]";
-    let far = format!("{RELAX}\nrelax_distance = {{ diameters = 0.6 }}");
-    let setup = case(&section(BALL, list, &far)).unwrap();
-    assert!(distance(&setup, &setup.particles[0], &setup.particles[1]) >= 0.2);
+    let near = format!("{RELAX}\nrelax_distance = {{ diameters = 0.49 }}");
+    let error = case(&section(BALL, list, &near)).unwrap_err().to_string();
+    assert!(error.contains("relaxing them by up to 9.800e-2 m did not suffice"), "{error}");
+    // The default is half a diameter, which is what they need.
+    let setup = case(&section(BALL, list, RELAX)).unwrap();
+    assert!((0.2..0.201).contains(&distance(&setup, &setup.particles[0], &setup.particles[1])));
 }
 
 #[test]
@@ -129,8 +132,9 @@ fn particles_of_sections_that_are_not_relaxed_stay() {
 #[test]
 fn a_distance_that_does_not_suffice_is_refused_with_pair_overlap_and_remedy() {
     let list = "[0.4, 0.5, 0.5], [0.55, 0.5, 0.5], [0.5, 0.2, 0.5]";
-    // Default: a tenth of the diameter each, while 0.025 m is needed.
-    let error = case(&section(BALL, list, RELAX)).unwrap_err().to_string();
+    // Each of them needs 0.025 m.
+    let near = format!("{RELAX}\nrelax_distance = {{ diameters = 0.1 }}");
+    let error = case(&section(BALL, list, &near)).unwrap_err().to_string();
     for words in [
         "1 pair of particles overlap",
         "particles 0 and 1: centres 1.900000e-1 m apart, surfaces touch at 2.000000e-1 m",
@@ -140,7 +144,7 @@ fn a_distance_that_does_not_suffice_is_refused_with_pair_overlap_and_remedy() {
     }
     let enough = format!("{RELAX}\nrelax_distance = 0.0252");
     assert!(case(&section(BALL, list, &enough)).is_ok());
-    let walls = case(&section(BALL, "[0.5, 0.5, 0.05]", RELAX)).unwrap_err().to_string();
+    let walls = case(&section(BALL, "[0.5, 0.5, 0.05]", &near)).unwrap_err().to_string();
     for words in ["1 particle overlaps a wall", "3.0", "the wall \"z-\"", "raise `relax_distance`"] {
         assert!(walls.contains(words), "{words} is not in {walls}");
     }
