@@ -210,7 +210,9 @@ fn close(kept: &mut Vec<Facet>, mut undecided: Vec<Vec<Facet>>) {
         facet.sides().iter().filter(|side| excess.get(side).is_some_and(|&excess| excess < 0)).count()
     }
     let mut excess = Excess::new();
-    kept.iter().for_each(|facet| add(&mut excess, facet));
+    for facet in kept.iter() {
+        add(&mut excess, facet);
+    }
     loop {
         let before = undecided.len();
         undecided.retain(|alternatives| {

@@ -56,7 +56,7 @@ impl Placer<'_> {
         let index = self.kinds.sections.iter().position(is_of)?;
         let section = &self.document.case.particles[index];
         let diameter = self.kinds.templates[template].shape.equivalent_diameter();
-        relaxes(section).then(|| match section.relax_distance {
+        relaxes(section).then_some(match section.relax_distance {
             Some(RelaxDistance::Metres(distance)) => distance,
             Some(RelaxDistance::Relative(relative)) => relative.diameters * diameter,
             None => DISTANCE * diameter,
