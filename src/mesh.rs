@@ -1,7 +1,7 @@
 //! Bodies from files: STL (text or binary) and OBJ.
 //!
 //! A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex; or as its convex
-//! hull. Normals in the file are ignored, and so are facets that enclose nothing ([`surface`]). Facets count from 0; polygons of
+//! hull. Normals in the file are ignored, and so are facets that enclose nothing (`surface.rs`). Facets count from 0; polygons of
 //! an OBJ file count as the triangles they are split into.
 
 mod stl;
