@@ -186,6 +186,8 @@ pub struct Provenance {
     pub inputs: Vec<PathBuf>,
     /// Warnings about a valid case, ready to print.
     pub warnings: Vec<String>,
+    /// Notes on what was done with its files and particles, ready to print.
+    pub notes: Vec<String>,
 }
 
 /// Reference velocities and dimensionless numbers of a settling problem, for the first kind of particle.

@@ -1,47 +1,61 @@
 //! Bodies from files: STL (text or binary) and OBJ.
 //!
-//! A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex. Normals
-//! in the file are ignored. Facets count from 0; polygons of an OBJ file count as the triangles they are split into.
+//! A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex; or as its convex
+//! hull. Normals in the file are ignored, and so are facets that enclose nothing (`surface.rs`). Facets count from 0; polygons of
+//! an OBJ file count as the triangles they are split into.
 
 mod stl;
+mod surface;
 
-use crate::math::Vec3;
+use crate::math::{Vec3, bounding_box};
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::SINGLE_PRECISION;
 use crate::shape::{Placement, Polyhedron, Shape, ShapeError};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
+use surface::Surface;
 
 /// More facets would make contacts too slow to be of use, and set-up, which compares edges pair by pair.
 const MOST_FACETS: usize = 2_000;
+/// Depth below the hull, in diameters of the body, up to which a surface counts as convex: a mesh written with few digits.
+const CONVEX: f64 = 1e-4;
+/// Coarsest relative precision of vertices that is taken for rounding.
+const COARSEST: f64 = 1e-3;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
+/// A body from a file.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// The body.
+    pub body: Polyhedron,
+    /// Its position in the frame of the file (m, after scaling).
+    pub placement: Placement,
+    /// Notes for the user: facets that were dropped, the volume that the convex hull adds.
+    pub notes: Vec<String>,
+}
+
 /// The body in the contents of a file, of which `path` has the kind and the name for errors; `scale` is the length in metres of 1
-/// in the file. With `hull`, takes the hull of all points whatever the facets are.
+/// in the file. With `hull`, takes the convex hull of the surface, closed or not.
 ///
-/// Returns the position of the body in the frame of the file, too (m, after scaling).
+/// Facets that are there twice and facets without area are [dropped](Mesh::notes). A surface counts as convex if it lies within
+/// 1e-4 of the diameter of the body below its hull, with a note beyond the rounding of its coordinates.
 ///
 /// # Errors
 /// [`ShapeError::Mesh`] with file, facet and remedy: no file of its kind, numbers that are not finite, a surface that is open,
-/// inside out, without volume, or concave.
-pub fn parse(
-    path: &Path,
-    bytes: &[u8],
-    scale: f64,
-    hull: bool,
-) -> Result<(Polyhedron, Placement), ShapeError> {
+/// not manifold, inside out, without volume, or concave.
+pub fn parse(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Mesh, ShapeError> {
     check_size("scale", scale)?;
-    (facets(path, bytes).and_then(|facets| body(&facets, scale, hull)))
+    (facets(path, bytes).and_then(|(facets, rounding)| body(&facets, rounding, scale, hull)))
         .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })
 }
 
-/// The triangles in a file, in its units.
-fn facets(path: &Path, bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
+/// The triangles in a file, in its units, and the largest distance over the coordinate of equal vertices.
+fn facets(path: &Path, bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, f64), String> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let facets = match extension.as_str() {
-        "stl" => stl::parse(bytes)?,
-        "obj" => obj(bytes)?,
+    let (facets, rounding) = match extension.as_str() {
+        "stl" => (stl::parse(bytes)?, 2.0 * f64::from(f32::EPSILON)),
+        "obj" => (obj(bytes)?, 0.0),
         other => return Err(format!("the extension is `{other}`, but must be `stl` or `obj`")),
     };
     if facets.len() > MOST_FACETS {
@@ -51,7 +65,7 @@ fn facets(path: &Path, bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     if facets.is_empty() {
         return Err("has no facets".to_owned());
     }
-    Ok(facets)
+    Ok((facets, rounding))
 }
 
 fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
@@ -81,7 +95,7 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
 }
 
 /// Checks that facets are the surface of a convex body, and builds it.
-fn body(facets: &[[Vec3; 3]], scale: f64, hull: bool) -> Result<(Polyhedron, Placement), String> {
+fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<Mesh, String> {
     for (n, facet) in facets.iter().enumerate() {
         if let Some(corner) = facet.iter().find(|corner| !corner.iter().all(|x| (x * scale).is_finite())) {
             let [x, y, z] = (*corner).into();
@@ -89,54 +103,47 @@ fn body(facets: &[[Vec3; 3]], scale: f64, hull: bool) -> Result<(Polyhedron, Pla
         }
     }
     let scaled: Vec<[Vec3; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
-    let points: Vec<Vec3> = scaled.iter().flatten().copied().collect();
-    let built = Polyhedron::hull(&points, SINGLE_PRECISION).map_err(|e| e.to_string())?;
-    if !hull {
-        let tolerance = SINGLE_PRECISION * 2.0 * built.0.circumradius();
-        check_closed(&scaled, tolerance)?;
-        check_orientation(&scaled, built.0.volume())?;
-        check_convex(&scaled, &built, 4.0 * tolerance)?;
-    }
-    Ok(built)
-}
-
-/// Each edge must be run through once each way.
-fn check_closed(facets: &[[Vec3; 3]], tolerance: f64) -> Result<(), String> {
-    let mut welded = Welded { spacing: tolerance, cells: BTreeMap::new(), count: 0 };
-    let mut edges = BTreeMap::new();
-    for (n, facet) in facets.iter().enumerate() {
-        let corners = facet.map(|corner| welded.number(corner));
-        if corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0] {
-            continue; // without area, so without sides
-        }
-        for side in 0..3 {
-            let (from, to) = (corners[side], corners[(side + 1) % 3]);
-            if let Some((other, _)) = edges.insert((from, to), (n, side)) {
-                return Err(format!(
-                    "facets {other} and {n} run through a common edge the same way, so one of them is inside out or there \
-                     twice; make all facets run counter-clockwise seen from outside, {TAKE_HULL}"
-                ));
-            }
-        }
-    }
-    for (&(from, to), &(n, side)) in &edges {
-        if !edges.contains_key(&(to, from)) {
-            let [a, b] = [facets[n][side], facets[n][(side + 1) % 3]];
+    let (low, high) = bounding_box(scaled.iter().flatten().copied());
+    let extent = (high - low).norm();
+    // Far from the origin single precision has fewer digits for the body.
+    let precision = SINGLE_PRECISION.max((rounding * low.amax().max(high.amax()) / extent).min(COARSEST));
+    let surface = Surface::new(&scaled, precision * extent);
+    let (body, placement) =
+        Polyhedron::hull(&surface.corners(&scaled), precision).map_err(|e| e.to_string())?;
+    let volume = surface.volume();
+    let added = volume.map(|volume| body.volume() / volume.abs() - 1.0);
+    let mut notes: Vec<String> = surface.dropped().into_iter().collect();
+    if hull {
+        notes.push(match added {
+            Some(added) => format!("the convex hull adds {:.3} % to the volume of the mesh", 100.0 * added),
+            None => "the surface is not closed, so it has no volume to compare that of its convex hull with"
+                .to_owned(),
+        });
+    } else {
+        surface.check_closed()?;
+        check_orientation(volume.unwrap_or(0.0), body.volume())?;
+        let added = 100.0 * added.unwrap_or(f64::NAN);
+        let (facet, depth) = deepest(&surface, &body, &placement);
+        let diameter = 2.0 * body.circumradius();
+        let part = 100.0 * depth / diameter;
+        if depth > CONVEX * diameter {
             return Err(format!(
-                "the surface is open: facet {n} has no neighbour along its edge from ({}, {}, {}) m to ({}, {}, {}) m; \
-                 close the mesh, {TAKE_HULL}",
-                a.x, a.y, a.z, b.x, b.y, b.z
+                "the body is concave: facet {facet} lies up to {depth:.4e} m, {part:.3} % of the diameter of the body, below the convex \
+                 hull; bodies must be convex: split the body, {TAKE_HULL}, which adds {added:.3} % to the volume"
+            ));
+        }
+        if depth > 4.0 * precision * diameter {
+            notes.push(format!(
+                "taken as convex, although facet {facet} lies up to {part:.1e} % of the diameter of the body below the convex hull, \
+                 which adds {added:.1e} % to the volume"
             ));
         }
     }
-    Ok(())
+    Ok(Mesh { body, placement, notes })
 }
 
-/// The volume the facets enclose must be positive.
-fn check_orientation(facets: &[[Vec3; 3]], hull_volume: f64) -> Result<(), String> {
-    let origin = facets[0][0];
-    let volume: f64 =
-        facets.iter().map(|t| t.map(|c| c - origin)).map(|[a, b, c]| a.dot(&b.cross(&c)) / 6.0).sum();
+/// The volume that the facets enclose must be positive.
+fn check_orientation(volume: f64, hull_volume: f64) -> Result<(), String> {
     if volume.abs() <= SINGLE_PRECISION * hull_volume {
         return Err(format!(
             "the facets enclose no volume ({volume} m^3); export the mesh again, {TAKE_HULL}"
@@ -151,57 +158,21 @@ fn check_orientation(facets: &[[Vec3; 3]], hull_volume: f64) -> Result<(), Strin
     Ok(())
 }
 
-/// A facet whose corners and centre lie on the hull is part of it.
-fn check_convex(
-    facets: &[[Vec3; 3]],
-    (hull, placement): &(Polyhedron, Placement),
-    tolerance: f64,
-) -> Result<(), String> {
+/// The facet that lies furthest below the hull, and how far (m): a facet whose corners and centre lie on the hull is part of it.
+fn deepest(surface: &Surface, hull: &Polyhedron, placement: &Placement) -> (usize, f64) {
     let mut deepest = (0, 0.0);
-    for (n, [a, b, c]) in facets.iter().enumerate() {
-        for point in [*a, *b, *c, (a + b + c) / 3.0] {
+    for (number, [a, b, c]) in surface.triangles() {
+        for point in [a, b, c, (a + b + c) / 3.0] {
             let depth = -hull.signed_distance(placement.to_body(point));
             if depth > deepest.1 {
-                deepest = (n, depth);
+                deepest = (number, depth);
             }
         }
     }
-    if deepest.1 > tolerance {
-        let (n, depth) = deepest;
-        return Err(format!(
-            "the body is concave: facet {n} lies up to {depth} m below the convex hull; bodies must be convex: split \
-             the body, {TAKE_HULL}"
-        ));
-    }
-    Ok(())
+    deepest
 }
 
-/// Numbers of points; those closer than the spacing to an earlier one have its number.
-struct Welded {
-    spacing: f64,
-    cells: BTreeMap<[i64; 3], Vec<(Vec3, u32)>>,
-    count: u32,
-}
-
-impl Welded {
-    fn number(&mut self, point: Vec3) -> u32 {
-        let cell: [i64; 3] = (point / self.spacing).map(|x| x.floor() as i64).into();
-        for n in 0..27 {
-            let near = [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1];
-            let key = [0, 1, 2].map(|i| cell[i].saturating_add(near[i]));
-            let found = self
-                .cells
-                .get(&key)
-                .and_then(|points| points.iter().find(|(other, _)| (other - point).norm() <= self.spacing));
-            if let Some(&(_, number)) = found {
-                return number;
-            }
-        }
-        self.count += 1;
-        self.cells.entry(cell).or_default().push((point, self.count));
-        self.count
-    }
-}
-
+#[cfg(test)]
+mod defect_tests;
 #[cfg(test)]
 mod tests;

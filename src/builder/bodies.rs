@@ -137,7 +137,7 @@ impl Particles {
         self.set("volume_fraction", fraction)
     }
 
-    /// Any other key of a section `[[particles]]`: `"seed"`, `"minimum_gap"`, `"sizes"`, `"material"`, `"file"`.
+    /// Any other key of a section `[[particles]]`: `"seed"`, `"minimum_gap"`, `"sizes"`, `"material"`, `"file"`, `"overlaps"`.
     pub fn set(mut self, key: &str, value: impl Serialize) -> Self {
         self.keys.put(key, value);
         self

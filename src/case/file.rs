@@ -18,7 +18,10 @@ use std::collections::BTreeMap;
 pub use contacts::{
     ContactSection, DemSection, EngineKind, GeometryKind, LiggghtsSection, MaterialSection, PairSection,
 };
-pub use particles::{Entry, MovingEntry, OrientationSection, ParticleSection, SizeShare, SizeSpread, Sizes};
+pub use particles::{
+    Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, RelativeDistance, RelaxDistance,
+    SizeShare, SizeSpread, Sizes,
+};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection};
 

@@ -12,6 +12,7 @@ use crate::particle::Template;
 use crate::shape::{
     Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, polyhedron,
 };
+use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -48,6 +49,8 @@ pub(super) struct Kinds {
     pub(super) templates: Vec<Template>,
     /// Diameter of the sphere of the volume of the first shape as written (m).
     pub(super) diameter: f64,
+    /// Notes on the meshes, ready to print.
+    pub(super) notes: Vec<String>,
 }
 
 impl Kinds {
@@ -57,11 +60,12 @@ impl Kinds {
             let remedy = "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
             return Err(document.error("particles", "the case has no `particles`", "", remedy));
         }
-        let mut all = Self { sections: Vec::new(), templates: Vec::new(), diameter: 0.0 };
+        let mut all = Self { sections: Vec::new(), templates: Vec::new(), diameter: 0.0, notes: Vec::new() };
         for (index, section) in document.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
             let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));
-            let shapes = Shapes { document, shape: &section.shape, key: shape_key, files };
+            let notes = RefCell::default();
+            let shapes = Shapes { document, shape: &section.shape, key: shape_key, files, notes };
             // Proportions become lengths.
             let wanted = document.number(&format!("{}.equivalent_diameter", shapes.key));
             let scale = match wanted {
@@ -87,6 +91,7 @@ impl Kinds {
                 let (shape, _) = shapes.build(scale * size)?;
                 all.templates.push(Template { shape, density: section.density, material });
             }
+            all.notes.append(&mut shapes.notes.into_inner());
         }
         Ok(all)
     }
@@ -128,6 +133,8 @@ struct Shapes<'a> {
     /// `particles.0.shape.sphere`.
     key: String,
     files: &'a Files<'a>,
+    /// Notes on its mesh.
+    notes: RefCell<Vec<String>>,
 }
 
 impl Shapes<'_> {
@@ -186,11 +193,18 @@ impl Shapes<'_> {
             let refused = || bad(ShapeError::Mesh { path, problem });
             return ((factor - 1.0).abs() < 1e-12).then(|| (shape, Quat::identity())).ok_or_else(refused);
         }
-        let (shape, placement) = (self.files.contents(&section.file, input::MESH))
+        let mesh = (self.files.contents(&section.file, input::MESH))
             .map_err(|e| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {e}") })
             .and_then(|bytes| mesh::parse(&path, &bytes, factor, section.hull))
             .map_err(bad)?;
-        Ok((Arc::new(shape), placement.rotation))
+        // Of any size the same.
+        *self.notes.borrow_mut() = (mesh.notes.iter())
+            .map(|note| {
+                let title = format!("{}: {note}", self.files.path(&section.file).display());
+                self.document.warning(&format!("{}.file", self.key), &title, "this mesh", "")
+            })
+            .collect();
+        Ok((Arc::new(mesh.body), mesh.placement.rotation))
     }
 
     fn upright<S: Shape + 'static>(

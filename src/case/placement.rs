@@ -3,6 +3,7 @@
 mod listed;
 mod overlaps;
 mod random;
+mod relaxed;
 
 use super::checks::Document;
 use super::file::{Entry, MovingEntry, OrientationSection};
@@ -45,17 +46,24 @@ struct Placed {
 
 impl Placer<'_> {
     /// All particles, ascending ids; those at random, unless `places`, are only counted.
-    pub(super) fn place(&self, places: bool, warnings: &mut Vec<String>) -> Result<(Vec<Particle>, Counts)> {
+    pub(super) fn place(
+        &self,
+        places: bool,
+        warnings: &mut Vec<String>,
+        notes: &mut Vec<String>,
+    ) -> Result<(Vec<Particle>, Counts)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, kind) in self.document.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
+            self.check_relaxed(&key, kind)?;
             if kind.file.is_none() && kind.list.is_none() {
                 random.push((index, self.count(index, kind)?));
                 continue;
             }
             // A file may say which size a particle has.
             let of_random = ["sizes", "seed", "minimum_gap"].iter().skip(usize::from(kind.file.is_some()));
+            let of_random = of_random.filter(|name| **name != "minimum_gap" || !relaxed::relaxes(kind));
             for name in of_random.map(|name| format!("{key}.{name}")) {
                 if self.document.has(&name) {
                     let title =
@@ -71,6 +79,7 @@ impl Placer<'_> {
             }
         }
         self.number(&mut placed)?;
+        notes.extend(self.relax(&mut placed));
         self.refuse_overlaps(&placed)?;
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
         let mut counted = Vec::new();

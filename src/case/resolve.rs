@@ -98,7 +98,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let mut warnings = Vec::new();
     let medium = Medium::of(document)?;
     let materials = Materials::new(document)?;
-    let kinds = Kinds::new(document, &materials, &files)?;
+    let mut kinds = Kinds::new(document, &materials, &files)?;
+    let mut notes = std::mem::take(&mut kinds.notes);
     let templates = &kinds.templates;
     let lattice = document.case.lattice.as_ref();
     let domain = domain(document, lattice, &kinds, &mut warnings)?;
@@ -135,7 +136,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         files: &files,
         enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
-    let (particles, random) = placer.place(places, &mut warnings)?;
+    let (particles, random) = placer.place(places, &mut warnings, &mut notes)?;
     if contact.is_some() {
         refuse_double_contacts(document, &domain, &reaches, &particles)?;
     }
@@ -175,6 +176,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             files: files.read.into_inner(),
             inputs: Vec::new(),
             warnings,
+            notes,
         },
     };
     if let Medium::Fluid(fluid, lattice) = medium {

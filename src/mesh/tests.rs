@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 /// Corners of a cuboid as triangles, counter-clockwise from outside.
-fn box_facets(edges: Vec3) -> Vec<[Vec3; 3]> {
+pub(super) fn box_facets(edges: Vec3) -> Vec<[Vec3; 3]> {
     let mesh = Cuboid::new(edges).unwrap().surface_mesh(0);
     mesh.triangles.iter().map(|t| t.map(|i| mesh.points[i as usize])).collect()
 }
 
-fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
+pub(super) fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
     let mut text = "solid test\n".to_owned();
     for facet in facets {
         text += " facet normal 0 0 0\n  outer loop\n";
@@ -22,7 +22,7 @@ fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
     (text + "endsolid test\n").into_bytes()
 }
 
-fn binary_stl(facets: &[[Vec3; 3]], head: &str) -> Vec<u8> {
+pub(super) fn binary_stl(facets: &[[Vec3; 3]], head: &str) -> Vec<u8> {
     let mut bytes = head.as_bytes().to_vec();
     bytes.resize(80, b' ');
     bytes.extend((facets.len() as u32).to_le_bytes());
@@ -36,7 +36,7 @@ fn binary_stl(facets: &[[Vec3; 3]], head: &str) -> Vec<u8> {
     bytes
 }
 
-fn read_bytes(name: &str, bytes: &[u8], hull: bool) -> Result<(Polyhedron, Placement), String> {
+pub(super) fn read_bytes(name: &str, bytes: &[u8], hull: bool) -> Result<Mesh, String> {
     parse(Path::new(name), bytes, 1e-3, hull).map_err(|e| {
         let message = e.to_string();
         assert!(message.contains(name), "the file is named: {message}");
@@ -70,8 +70,10 @@ fn a_cube_from_any_file_is_the_cuboid() {
         ("misleading.stl", binary_stl(&facets, "solid cube\n")),
         ("cube.obj", OBJ_CUBE.as_bytes().to_vec()),
     ] {
-        let (body, placement) = read_bytes(name, &bytes, false).unwrap_or_else(|e| panic!("{e}"));
+        let Mesh { body, placement, notes } =
+            read_bytes(name, &bytes, false).unwrap_or_else(|e| panic!("{e}"));
         assert_eq!((body.vertices.len(), body.faces.len()), (8, 6), "{name}");
+        assert!(notes.is_empty(), "{notes:?}");
         assert_eq!(placement.rotation, Quat::identity());
         assert!((body.volume() / cuboid.volume() - 1.0).abs() < 1e-12);
         assert!((body.inertia_per_mass() - cuboid.inertia_per_mass()).amax() < 1e-18);
@@ -88,8 +90,9 @@ fn a_turned_box_in_single_precision_has_six_faces() {
     let shift = Vec3::new(20.0, -3.0, 5.0);
     let facets: Vec<_> =
         box_facets(Vec3::new(1.0, 2.0, 3.0)).iter().map(|f| f.map(|c| turn * c + shift)).collect();
-    let (body, placement) = read_bytes("box.stl", &binary_stl(&facets, ""), false).unwrap();
+    let Mesh { body, placement, notes } = read_bytes("box.stl", &binary_stl(&facets, ""), false).unwrap();
     assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
+    assert!(notes.is_empty(), "{notes:?}");
     assert!((body.volume() / 6e-9 - 1.0).abs() < 1e-5);
     assert!((placement.centre - shift * 1e-3).norm() < 1e-8);
 }
@@ -98,7 +101,8 @@ fn a_turned_box_in_single_precision_has_six_faces() {
 fn the_stone_of_the_cases_is_a_convex_body_of_one_millimetre() {
     let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("cases/stone.stl");
     let bytes = std::fs::read(&path).unwrap();
-    let (stone, _) = parse(&path, &bytes, 1e-3, false).unwrap_or_else(|e| panic!("{e}"));
+    let Mesh { body: stone, notes, .. } = parse(&path, &bytes, 1e-3, false).unwrap_or_else(|e| panic!("{e}"));
+    assert!(notes.is_empty(), "{notes:?}");
     assert!((stone.equivalent_diameter() / 1e-3 - 1.0).abs() < 1e-5);
     assert!((12..=60).contains(&stone.faces.len()), "{}", stone.faces.len());
     assert!(stone.thickness() > 0.5e-3 && stone.circumradius() < 1e-3);
@@ -121,9 +125,13 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
     };
     let flip = |f: &mut [Vec3; 3]| f.swap(1, 2);
     let cases: Vec<(&str, Vec<u8>, &str)> = vec![
-        ("open.stl", change(&|f| f.truncate(11)), "open: facet"),
+        ("open.stl", change(&|f| f.truncate(11)), "open: 3 edges without a second facet, the first of facet"),
         ("inverted.stl", change(&|f| f.iter_mut().for_each(flip)), "inside out"),
-        ("one_flipped.stl", change(&|f| flip(&mut f[5])), "and 5 run through"),
+        (
+            "one_flipped.stl",
+            change(&|f| flip(&mut f[5])),
+            "3 edges through which both facets run the same way",
+        ),
         ("dent.stl", change(&dent), "concave: facet"),
         ("nan.stl", change(&|f| f[7][1].y = f64::NAN), "facet 7 has a corner at (0.5, NaN, 0.5)"),
         ("infinite.stl", change(&|f| f[2][0].x = f64::INFINITY), "facet 2"),

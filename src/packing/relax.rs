@@ -17,7 +17,7 @@
 //! Computer Graphics Forum 39, section 3.3, without compliance.
 
 use super::Uniform;
-use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
+use crate::contact::{Body, Geometry, GrownShape, PairFinder, intersects_wall, overlap, overlap_wall};
 use crate::domain::Domain;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::wall::Surface;
@@ -30,6 +30,11 @@ const MAX_ROUNDS: usize = 3000;
 const OVERSHOOT: f64 = 0.02;
 /// and by this part of the reach of the smaller body, as overlaps shrink without end otherwise.
 const MARGIN: f64 = 1e-3;
+/// Depth in units of the reach up to which bodies that are moved within limits touch, but do not overlap.
+pub const TOUCHING: f64 = 1e-9;
+/// Bodies that may not move far give up after this many rounds in which the sum of the overlaps has not shrunk to this part.
+const PATIENCE: usize = 200;
+const SHRINKS: f64 = 0.99;
 /// Largest turn of one push: the tangent of half the angle.
 const LARGEST_TURN: f64 = 0.1;
 /// Tells the stream of random orientations from that of positions with the same seed.
@@ -52,6 +57,36 @@ impl Pose {
         let turned = Quaternion::from_parts(1.0, tangent) * self.orientation.quaternion();
         let scale = 1.0 / turned.norm_squared().sqrt();
         Quat::new_unchecked(turned * scale)
+    }
+
+    /// Shift of the centre (m) and turn, the tangent of half the angle along its axis, that lead here from another pose.
+    fn motion_from(&self, domain: &Domain, start: &Self) -> (Vec3, Vec3) {
+        let shift = domain.nearest_image(self.position - start.position);
+        let turn = self.orientation.quaternion() * start.orientation.quaternion().conjugate();
+        // Half a turn has no tangent; any that is large is as good.
+        let cosine = if turn.w.abs() > 1e-9 { turn.w } else { 1e-9 };
+        (shift, turn.imag() / cosine)
+    }
+
+    /// Bound of the distance (m) that the points within `radius` (m) of the centre have moved from another pose, and the angle
+    /// of the turn (degrees).
+    pub fn moved_from(&self, domain: &Domain, start: &Self, radius: f64) -> (f64, f64) {
+        let (shift, turn) = self.motion_from(domain, start);
+        let tangent = turn.norm();
+        let sine = tangent / (1.0 + tangent * tangent).sqrt();
+        (shift.norm() + 2.0 * radius * sine, (2.0 * libm::atan(tangent)).to_degrees())
+    }
+
+    /// Moves it back towards `start` until no point within `radius` (m) of the centre is further than `limit` (m) from there.
+    fn hold(&mut self, domain: &Domain, start: &Self, radius: f64, limit: f64) {
+        let (shift, turn) = self.motion_from(domain, start);
+        // The tangent exceeds the sine, of which the chord is made.
+        let way = shift.norm() + 2.0 * radius * turn.norm();
+        if way > limit {
+            let part = limit / way;
+            self.position = domain.wrap(start.position + shift * part);
+            self.orientation = start.turned(turn * part);
+        }
     }
 }
 
@@ -80,12 +115,45 @@ pub fn relax(
     poses: &mut [Pose],
     fixed: usize,
 ) -> bool {
+    relax_with(domain, walls, contours, poses, fixed, None)
+}
+
+/// As [`relax`], where no point of a body moves further than the limit of that body (m), one for each pose. Gives up once the
+/// overlaps no longer shrink.
+pub fn relax_within(
+    domain: Domain,
+    walls: &[Surface],
+    contours: &[GrownShape],
+    poses: &mut [Pose],
+    fixed: usize,
+    limits: &[f64],
+) -> bool {
+    let starts = poses.to_vec();
+    relax_with(domain, walls, contours, poses, fixed, Some((&starts, limits)))
+}
+
+fn relax_with(
+    domain: Domain,
+    walls: &[Surface],
+    contours: &[GrownShape],
+    poses: &mut [Pose],
+    fixed: usize,
+    bounds: Option<(&[Pose], &[f64])>,
+) -> bool {
     let movers: Vec<Mover> = contours.iter().map(Mover::new).collect();
     let radii: Vec<f64> = poses.iter().map(|p| contours[p.contour].reach()).collect();
+    let hold = |pose: &mut Pose, i: usize| {
+        if let Some((starts, limits)) = bounds {
+            pose.hold(&domain, &starts[i], radii[i], limits[i]);
+        }
+    };
     let mut finder = PairFinder::new(domain);
-    for _ in 0..MAX_ROUNDS {
+    let touching = if bounds.is_some() { TOUCHING } else { 0.0 };
+    // The sum of all overlaps in units of the reach, and the round since which it has not shrunk.
+    let mut least_sum = (f64::INFINITY, 0);
+    for round in 0..MAX_ROUNDS {
         let positions: Vec<Vec3> = poses.iter().map(|p| p.position).collect();
-        let mut touched = false;
+        let (mut touched, mut sum) = (false, 0.0);
         for &[a, b] in finder.find(&positions, &radii) {
             let (a, b) = (a as usize, b as usize);
             if b < fixed {
@@ -96,14 +164,22 @@ pub fn relax(
             let Some(overlap) = overlap(Geometry::Exact, &first, &second, offset) else {
                 continue;
             };
+            let least = radii[a].min(radii[b]);
+            if overlap.depth < touching * least {
+                continue;
+            }
             touched = true;
             let levers = [overlap.point, overlap.point - offset];
             let mut weights = [a, b].map(|i| &movers[poses[i].contour]).map(Some);
             if a < fixed {
                 weights[0] = None;
             }
-            let way = overlap.depth * (1.0 + OVERSHOOT) + MARGIN * radii[a].min(radii[b]);
+            sum += overlap.depth / least;
+            let way = overlap.depth * (1.0 + OVERSHOOT) + MARGIN * least;
             push(&domain, poses, [a, b], weights, levers, overlap.normal, way);
+            for i in [a, b].into_iter().filter(|i| *i >= fixed) {
+                hold(&mut poses[i], i);
+            }
         }
         for i in fixed..poses.len() {
             for wall in walls {
@@ -111,24 +187,35 @@ pub fn relax(
                 if seen.distance(Vec3::zeros()) > radii[i] {
                     continue;
                 }
-                let Some(overlap) = overlap_wall(Geometry::Exact, &body(contours, &poses[i]), &seen) else {
-                    continue;
+                let body = body(contours, &poses[i]);
+                let slack = touching * radii[i];
+                let (point, normal, depth) = match overlap_wall(Geometry::Exact, &body, &seen) {
+                    Some(overlap) if overlap.depth >= slack => (overlap.point, overlap.normal, overlap.depth),
+                    // Samples miss the smallest overlaps.
+                    None if slack > 0.0 => {
+                        let away = seen.normal(Vec3::zeros());
+                        if !intersects_wall(&body, &seen.seen_from(away * slack)) {
+                            continue;
+                        }
+                        (Vec3::zeros(), -away, slack)
+                    }
+                    _ => continue,
                 };
                 touched = true;
-                let mover = Some(&movers[poses[i].contour]);
-                push(
-                    &domain,
-                    poses,
-                    [i, i],
-                    [mover, None],
-                    [overlap.point; 2],
-                    overlap.normal,
-                    overlap.depth * (1.0 + OVERSHOOT) + MARGIN * radii[i],
-                );
+                sum += depth / radii[i];
+                let weights = [Some(&movers[poses[i].contour]), None];
+                let way = depth * (1.0 + OVERSHOOT) + MARGIN * radii[i];
+                push(&domain, poses, [i, i], weights, [point; 2], normal, way);
+                hold(&mut poses[i], i);
             }
         }
         if !touched {
             return true;
+        }
+        if sum < SHRINKS * least_sum.0 {
+            least_sum = (sum, round);
+        } else if bounds.is_some() && round - least_sum.1 > PATIENCE {
+            return false;
         }
     }
     false
@@ -194,90 +281,4 @@ fn push(
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::packing::{Ball, count_for_volume_fraction, pack};
-    use crate::shape::{Cuboid, Shape, Sphere};
-    use std::sync::Arc;
-
-    const GAP: f64 = 0.03;
-
-    fn domain(cells: usize) -> Domain {
-        Domain { periodic: [true; 3], cells: [cells; 3], dx: 0.1 }
-    }
-
-    /// Bodies of equal volume (that of a sphere of diameter 1) at a volume fraction, not yet relaxed.
-    fn thrown(domain: &Domain, shape: Arc<dyn Shape>, fraction: f64) -> (Vec<GrownShape>, Vec<Pose>) {
-        let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
-        let ball = Ball { radius: 0.5 * shape.equivalent_diameter(), half_gap: 0.5 * GAP };
-        let positions = pack(domain, &[], &[], &vec![ball; count], 1).unwrap();
-        let poses = positions.into_iter().zip(random_orientations(count, 1));
-        let poses = poses.map(|(position, orientation)| Pose { contour: 0, position, orientation });
-        (vec![GrownShape::new(shape, 0.5 * GAP)], poses.collect())
-    }
-
-    /// Number of pairs that overlap, and of bodies that overlap a wall, without any gap.
-    fn overlaps(domain: &Domain, walls: &[Surface], shape: &Arc<dyn Shape>, poses: &[Pose]) -> usize {
-        let bare = [GrownShape::new(shape.clone(), 0.0)];
-        let mut count = 0;
-        for (i, a) in poses.iter().enumerate() {
-            for b in &poses[..i] {
-                let offset = domain.nearest_image(b.position - a.position);
-                count +=
-                    usize::from(overlap(Geometry::Exact, &body(&bare, a), &body(&bare, b), offset).is_some());
-            }
-            for wall in walls {
-                let seen = wall.seen_from(a.position);
-                count += usize::from(overlap_wall(Geometry::Exact, &body(&bare, a), &seen).is_some());
-            }
-        }
-        count
-    }
-
-    #[test]
-    fn cubes_at_a_volume_fraction_of_three_tenths_come_apart() {
-        let edge = libm::cbrt(std::f64::consts::PI / 6.0);
-        let shape: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::repeat(edge)).unwrap());
-        let domain = domain(50);
-        let (contours, mut poses) = thrown(&domain, shape.clone(), 0.3);
-        let before = overlaps(&domain, &[], &shape, &poses);
-        assert!(before > 20, "{before} overlaps to begin with");
-        assert!(relax(domain, &[], &contours, &mut poses, 0));
-        assert_eq!(overlaps(&domain, &[], &shape, &poses), 0);
-    }
-
-    #[test]
-    fn slabs_between_walls_stay_inside() {
-        let shape: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::new(1.2, 1.0, 0.4)).unwrap());
-        let domain = Domain { periodic: [true, true, false], ..domain(40) };
-        let walls = [(0.0, 1.0), (4.0, -1.0)]
-            .map(|(z, up)| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::new(0.0, 0.0, up) });
-        let (contours, mut poses) = thrown(&domain, shape.clone(), 0.2);
-        assert!(overlaps(&domain, &walls, &shape, &poses) > 5);
-        assert!(relax(domain, &walls, &contours, &mut poses, 0));
-        assert_eq!(overlaps(&domain, &walls, &shape, &poses), 0);
-    }
-
-    #[test]
-    fn fixed_bodies_stay_where_they_are() {
-        let shape: Arc<dyn Shape> = Arc::new(Sphere { radius: 0.5 });
-        let domain = domain(30);
-        let (contours, mut poses) = thrown(&domain, shape, 0.1);
-        poses[1].position = poses[0].position + Vec3::new(0.2, 0.1, 0.0);
-        let before = poses.clone();
-        assert!(relax(domain, &[], &contours, &mut poses, 1));
-        assert_eq!(poses[0], before[0]);
-        assert_ne!(poses[1], before[1]);
-    }
-
-    #[test]
-    fn random_orientations_prefer_no_direction() {
-        let all = random_orientations(4000, 7);
-        // The mean of R_ij^2 over all rotations is 1/3, that of R_ij is 0.
-        for (i, j) in (0..9).map(|n| (n / 3, n % 3)) {
-            let entries = all.iter().map(|q| q.to_rotation_matrix()[(i, j)]);
-            let (sum, square) = entries.fold((0.0, 0.0), |(s, q), r| (s + r, q + r * r));
-            assert!((sum / 4000.0).abs() < 0.03 && (square / 4000.0 - 1.0 / 3.0).abs() < 0.02);
-        }
-    }
-}
+mod tests;

@@ -11,6 +11,7 @@ mod falling_sphere;
 mod liggghts;
 mod output;
 mod random_cases;
+mod same_body;
 mod schema;
 mod seeds;
 mod stress;

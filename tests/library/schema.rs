@@ -113,6 +113,17 @@ fn what_the_program_refuses_for_its_form_or_range_does_not_fit_the_schema_of_cas
         ("volume_fraction = 0.1", "count = -1"),
         ("volume_fraction = 0.1", "list = [[1e-3, 1e-3, 1e-3]]"),
         ("seed = 1", "minimum_gap = -1"),
+        ("seed = 1", "overlaps = \"relax\""),
+        ("volume_fraction = 0.1\nseed = 1", "list = [[1e-3, 1e-3, 1e-3]]\noverlaps = \"move\""),
+        ("volume_fraction = 0.1\nseed = 1", "list = [[1e-3, 1e-3, 1e-3]]\nrelax_distance = 1e-4"),
+        (
+            "volume_fraction = 0.1\nseed = 1",
+            "list = [[1e-3, 1e-3, 1e-3]]\noverlaps = \"refuse\"\nminimum_gap = 1e-4",
+        ),
+        (
+            "volume_fraction = 0.1\nseed = 1",
+            "list = [[1e-3, 1e-3, 1e-3]]\noverlaps = \"relax\"\nrelax_distance = 0",
+        ),
         ("seed = 1", "sizes = [{ scale = 1, share = 0 }]"),
         (SPHERE, "{ sphere = { diameter = 0 } }"),
         (SPHERE, "{ sphere = { radius = 1e-3 } }"),

@@ -9,6 +9,7 @@ mod check;
 #[cfg(feature = "liggghts")]
 mod crosscheck;
 mod driving;
+mod foreign;
 mod golden;
 #[cfg(feature = "liggghts")]
 mod liggghts;

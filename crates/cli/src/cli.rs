@@ -273,13 +273,16 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     Some(ExitCode::from(2))
 }
 
-/// Reads a case with its changes and prints its warnings.
+/// Reads a case with its changes and prints its warnings and notes.
 fn load(path: &Path, changes: &Changes) -> Result<Setup> {
     let read = || case::load(path, &changes.set);
     let mut setup = terminal::waiting("reading the case and placing its particles", read)?;
     setup.plan.threads = changes.threads.unwrap_or(setup.plan.threads);
     for warning in &setup.provenance.warnings {
         warn(warning);
+    }
+    for note in &setup.provenance.notes {
+        terminal::remark("note", note);
     }
     Ok(setup)
 }

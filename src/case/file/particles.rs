@@ -10,7 +10,10 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 #[schemars(extend(
     "oneOf" = [{ "required": ["volume_fraction"] }, { "required": ["count"] }, { "required": ["file"] }, { "required": ["list"] }],
-    "dependentSchemas" = { "sizes": at_random(), "seed": at_random(), "minimum_gap": at_random() }
+    "dependentSchemas" = {
+        "sizes": at_random(), "seed": at_random(), "minimum_gap": { "anyOf": [at_random(), relaxed()] },
+        "overlaps": listed(), "relax_distance": relaxed()
+    }
 ))]
 pub struct ParticleSection {
     /// Geometry.
@@ -37,14 +40,59 @@ pub struct ParticleSection {
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
     pub seed: Option<u64>,
     /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
-    /// least twice the contact enlargement, so that none begins in contact.
+    /// least twice the contact enlargement, so that none begins in contact. With `overlaps = "relax"` that of listed particles,
+    /// default 0.
     #[schemars(transform = non_negative)]
     pub minimum_gap: Option<f64>,
+    /// Listed particles, or those of a file, that overlap each other or a wall. Default "refuse".
+    pub overlaps: Option<Overlaps>,
+    /// Furthest that `overlaps = "relax"` may move any point of a particle: a length in m, or `{ diameters = 0.2 }`, diameters of
+    /// the sphere of equal volume. Default `{ diameters = 0.5 }`.
+    pub relax_distance: Option<RelaxDistance>,
+}
+
+/// Treatment of particles that overlap at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Overlaps {
+    /// An error.
+    Refuse,
+    /// They are moved and turned apart, those of other sections staying where they are.
+    Relax,
+}
+
+/// A distance.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum RelaxDistance {
+    /// In metres.
+    Metres(#[schemars(transform = positive)] f64),
+    /// In diameters of the particle.
+    Relative(RelativeDistance),
+}
+
+/// A distance in diameters.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RelativeDistance {
+    /// In diameters of the sphere of equal volume (-).
+    #[schemars(transform = positive)]
+    pub diameters: f64,
 }
 
 /// Of keys that only particles at random positions have.
 fn at_random() -> serde_json::Value {
-    serde_json::json!({ "not": { "anyOf": [{ "required": ["file"] }, { "required": ["list"] }] } })
+    serde_json::json!({ "not": listed() })
+}
+
+/// Of keys that only particles of a list or a file have.
+fn listed() -> serde_json::Value {
+    serde_json::json!({ "anyOf": [{ "required": ["file"] }, { "required": ["list"] }] })
+}
+
+/// Of keys that only particles have whose overlaps are relaxed.
+fn relaxed() -> serde_json::Value {
+    serde_json::json!({ "required": ["overlaps"], "properties": { "overlaps": { "const": "relax" } } })
 }
 
 /// One particle of a list.

@@ -5,19 +5,19 @@ use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::packing::close_pairs;
+use crate::packing::relax::TOUCHING;
 use crate::particle::Particle;
 use crate::wall::Surface;
 
 /// Overlaps that are named; the others are counted.
 const NAMED: usize = 3;
-/// Depth of an overlap in radii of the particle: touching is allowed, and rounding must not make it an overlap.
-const ROUNDING: f64 = 1e-9;
-/// The same for particles of the state of a run, whose contacts overlap.
+/// Depth of an overlap in radii of the particle up to which particles of the state of a run may overlap, as contacts do; others may
+/// [touch](TOUCHING).
 const CONTACT: f64 = 0.1;
 
 /// Depth in radii of the particle up to which an overlap is allowed.
 fn allowed(of_a_run: bool) -> f64 {
-    if of_a_run { CONTACT } else { ROUNDING }
+    if of_a_run { CONTACT } else { TOUCHING }
 }
 
 /// The first overlaps in words, one per line, and the number of all.
@@ -45,21 +45,20 @@ impl Overlaps {
 }
 
 impl Placer<'_> {
-    /// Refuses particles that overlap each other or a wall.
+    /// Refuses particles that overlap each other or a wall, or miss the gap that relaxed ones keep.
     pub(super) fn refuse_overlaps(&self, placed: &[Placed]) -> Result<()> {
         if placed.is_empty() {
             return Ok(());
         }
-        let templates = self.kinds.templates.iter();
-        let contours: Vec<GrownShape> =
-            templates.map(|template| GrownShape::new(template.shape.clone(), 0.0)).collect();
+        let contours = self.relaxed_contours();
         self.refuse_pairs(placed, &contours)?;
         self.refuse_in_walls(placed, &contours)
     }
 
     fn refuse_pairs(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
-        let radius = |i: usize| self.template(&placed[i].particle).shape.circumradius();
+        let grown = |i: usize| &contours[placed[i].particle.template as usize];
+        let radius = |i: usize| grown(i).shape.circumradius() + grown(i).enlargement;
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
         let (mut first, mut overlaps) = (None, Overlaps::default());
         for (a, b) in close_pairs(&self.domain, &positions, &reaches) {
@@ -86,7 +85,11 @@ impl Placer<'_> {
                 } else {
                     format!("overlap {depth:.6e} m deep{through}, centres {apart:.6e} m apart")
                 };
-                format!("particles {one} and {other}: {what}")
+                let included = match grown(a).enlargement + grown(b).enlargement {
+                    gap if gap > 0.0 => format!(", a gap of {gap:.6e} m included"),
+                    _ => String::new(),
+                };
+                format!("particles {one} and {other}: {what}{included}")
             });
         }
         let Some((a, b)) = first else {
@@ -94,7 +97,8 @@ impl Placer<'_> {
         };
         let pairs = if overlaps.count == 1 { "pair" } else { "pairs" };
         let title = format!("{} {pairs} of particles overlap at the start", overlaps.count);
-        let remedy = format!("move them apart or take smaller ones:{}", overlaps.list());
+        let remedy = self.remedy("move them apart or take smaller ones", [&placed[a], &placed[b]]);
+        let remedy = format!("{remedy}:{}", overlaps.list());
         let (a, b) = (&*placed[a].key, &*placed[b].key);
         let places = [(a, "one of them"), (b, "the other")];
         let places = if a == b { &[(a, "from here")][..] } else { &places[..] };
@@ -121,8 +125,20 @@ impl Placer<'_> {
         };
         let particles = if overlaps.count == 1 { "particle overlaps" } else { "particles overlap" };
         let title = format!("{} {particles} a wall at the start", overlaps.count);
-        let remedy = format!("move them into the free space:{}", overlaps.list());
+        let remedy = self.remedy("move them into the free space", [first, first]);
+        let remedy = format!("{remedy}:{}", overlaps.list());
         Err(self.document.error(&first.key, &title, "from here", &remedy))
+    }
+
+    /// What can be done about particles that overlap: by hand, or by relaxing them.
+    fn remedy(&self, by_hand: &str, particles: [&Placed; 2]) -> String {
+        let limits = particles.map(|placed| self.relax_limit(placed.particle.template as usize));
+        match limits.into_iter().flatten().reduce(f64::max) {
+            None => format!("set `overlaps = \"relax\"`, {by_hand}"),
+            Some(limit) => format!(
+                "relaxing them by up to {limit:.3e} m did not suffice: raise `relax_distance`, {by_hand}"
+            ),
+        }
     }
 }
 
@@ -138,7 +154,8 @@ fn name(placed: &Placed) -> String {
 /// Depth of a body in a wall (m), if it overlaps it.
 fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
     let shape = &body.grown.shape;
-    let radius = shape.circumradius();
+    let gap = body.grown.enlargement;
+    let radius = shape.circumradius() + gap;
     let clearance = surface.distance(position);
     if clearance >= radius {
         return None;
@@ -146,7 +163,7 @@ fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
     let depth = match surface {
         Surface::Plane { normal, .. } => {
             let towards = body.orientation.inverse_transform_vector(&-normal);
-            shape.support(towards).dot(&towards) - clearance
+            shape.support(towards).dot(&towards) + gap - clearance
         }
         Surface::Cylinder { .. } if clearance <= 0.0 => radius - clearance,
         Surface::Cylinder { .. } => overlap_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,

@@ -148,11 +148,21 @@ fn mistakes_in_a_mesh_file_are_shown_with_the_facet() {
         *x = [0.4, 0.4, 0.4];
     }
     let flat: Vec<_> = good.iter().map(|f| f.map(|[x, y, _]| [x, y, 0.0])).collect();
-    let spoilt: [Spoilt; 5] = [
+    let mut turned = good.clone();
+    turned[3].swap(0, 1);
+    // A second cube at an edge of the first.
+    let twins: Vec<_> =
+        good.iter().copied().chain(good.iter().map(|f| f.map(|[x, y, z]| [x + 1.0, y + 1.0, z]))).collect();
+    let spoilt: [Spoilt; 7] = [
         (&not_a_number, &["case.toml:14:", "stone.stl", "facet 5"]),
-        (&good[1..], &["case.toml:14:", "stone.stl", "open"]),
+        (&good[1..], &["case.toml:14:", "stone.stl", "open: 3 edges", "the first of facet"]),
+        (
+            &turned,
+            &["stone.stl", "3 edges through which both facets run the same way", "facets", "inside out"],
+        ),
+        (&twins, &["stone.stl", "not manifold: 1 edge", "from (0.001, 0.001, 0"]),
         (&inverted, &["stone.stl", "inside out"]),
-        (&concave, &["stone.stl", "concave", "hull = true"]),
+        (&concave, &["stone.stl", "concave", "% of the diameter", "hull = true", "adds"]),
         (&flat, &["stone.stl"]),
     ];
     for (facets, words) in spoilt {

@@ -98,7 +98,42 @@ fn particles_that_overlap_each_other_or_a_wall_are_listed() {
                 cube,
                 "[3.1e-3, 3e-3, 3e-3], { position = [4.3e-3, 3e-3, 3e-3], orientation = { axis = [0, 0, 1], angle = 45 } }",
             ),
-            &["bad.toml:16:9", "particles 0 and 1", "deep", "1.2"],
+            &["bad.toml:16:9", "particles 0 and 1", "deep", "1.2", "set `overlaps = \"relax\"`"],
+        ),
+        (
+            SHAPE,
+            with(cube, "[3.1e-3, 3e-3, 3e-3], [3.3e-3, 3e-3, 3e-3]")
+                + "\noverlaps = \"relax\"\nrelax_distance = 3e-4",
+            &[
+                "bad.toml:16:9",
+                "particles 0 and 1",
+                "deep",
+                "up to 3.000e-4 m did not suffice",
+                "`relax_distance`",
+            ],
+        ),
+        (
+            SHAPE,
+            with(cube, "[3.1e-3, 3e-3, 3e-3]") + "\nrelax_distance = 1e-4",
+            &[
+                "bad.toml:17:18",
+                "`particles.0.relax_distance` belongs to `overlaps = \"relax\"`",
+                "remove it",
+            ],
+        ),
+        (
+            SHAPE,
+            with(cube, "[3.1e-3, 3e-3, 3e-3]") + "\noverlaps = \"relaxed\"",
+            &["bad.toml:17:12", "unknown choice `relaxed`", "did you mean `relax`"],
+        ),
+        (
+            SHAPE,
+            format!("{SHAPE}\noverlaps = \"relax\""),
+            &[
+                "bad.toml:18:12",
+                "`particles.0.overlaps` belongs to particles of a list or a file",
+                "remove it",
+            ],
         ),
         (
             SHAPE,

@@ -59,8 +59,13 @@ pub(super) fn notice(text: &str) {
 
 /// Prints a warning on standard error.
 pub(super) fn warn(text: &str) {
+    remark("warning", text);
+}
+
+/// Prints a remark on standard error, behind the name of its level.
+pub(super) fn remark(level: &str, text: &str) {
     if speaks() {
-        let _ = writeln!(io::stderr(), "warning: {}", printable(text));
+        let _ = writeln!(io::stderr(), "{level}: {}", printable(text));
     }
 }
 
