@@ -10,7 +10,9 @@
 //!
 //! The first equals gravity `g / (1 - phi)`. A proportional controller adds `-k <u>`, `k = max(u_Stokes / D, nu / D^2)`,
 //! which removes the volume flux `<u>` of the mixture, in each direction on its own. A direction with walls at both ends
-//! needs neither.
+//! needs neither. Where the motion of bodies is prescribed their force on the fluid is not known beforehand, and `-k <u>`
+//! alone would leave a flux of that force over `k`: there an integral `-(k^2 / 4) int <u> dt` is added, critically damped.
+//! Such bodies have no part in `W` in the directions in which they are not free: what moves them bears their weight.
 //!
 //! Reference: Marquardt et al. (2024), section 4, and the force balance of its published driver.
 
@@ -41,7 +43,7 @@ pub struct DrivingParams {
     pub volume: f64,
     /// Directions in which the weight is balanced and the net flux may be controlled.
     pub periodic: [bool; 3],
-    /// Submerged weight of all particles (N).
+    /// Submerged weight of all particles in the directions in which forces move them (N).
     pub submerged_weight: Vec3,
     /// Volume of all particles (m^3).
     pub particle_volume: f64,
@@ -49,6 +51,8 @@ pub struct DrivingParams {
     pub balance: ForceBalance,
     /// Rate of the controller of the net flux in each direction (1/s), 0 for none.
     pub control_rate: Vec3,
+    /// Directions in which the controller has an integral part.
+    pub integral: [bool; 3],
     /// Further uniform acceleration of the fluid (m/s^2).
     pub body_acceleration: Vec3,
 }
@@ -73,6 +77,9 @@ pub struct ControlRecord {
     sum: Vec3,
     /// Largest magnitude in a step (m/s^2).
     pub largest: f64,
+    /// Integral of the mean velocity over time (m), in the directions in which the controller needs it.
+    #[serde(default)]
+    integral: Vec3,
 }
 
 impl ControlRecord {
@@ -106,6 +113,9 @@ impl Driving {
 
     /// Acceleration of the fluid (m/s^2) in the coming step, which is recorded.
     pub fn step(&mut self) -> Vec3 {
+        for axis in (0..3).filter(|&axis| self.params.integral[axis]) {
+            self.record.integral[axis] += self.mean.velocity[axis] * self.params.units.dt;
+        }
         let control = self.control();
         self.record.sum += control;
         self.record.largest = self.record.largest.max(control.norm());
@@ -116,7 +126,12 @@ impl Driving {
     fn control(&self) -> Vec3 {
         let p = &self.params;
         let rate = Vec3::from_fn(|a, _| if p.periodic[a] { p.control_rate[a] } else { 0.0 });
-        -rate.component_mul(&self.mean.velocity)
+        let proportional = -rate.component_mul(&self.mean.velocity);
+        let integral = &self.record.integral;
+        Vec3::from_fn(|a, _| match p.integral[a] {
+            true => proportional[a] - 0.25 * rate[a] * rate[a] * integral[a],
+            false => proportional[a],
+        })
     }
 
     /// Acceleration of the fluid (m/s^2).
@@ -145,6 +160,7 @@ mod tests {
             particle_volume: 0.25e-6,
             balance,
             control_rate: Vec3::repeat(50.0),
+            integral: [false; 3],
             body_acceleration: Vec3::zeros(),
         }
     }
@@ -191,6 +207,28 @@ mod tests {
         let record = driving.record;
         assert!((record.largest - 10.0).abs() < 1e-12);
         assert!((record.mean(4) - Vec3::new(0.0, 0.0, 1.25)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn an_integral_part_removes_the_flux_that_a_constant_force_leaves_and_no_other() {
+        let run = |integral: bool| {
+            let mut driving = Driving::new(DrivingParams {
+                integral: [integral, false, false],
+                submerged_weight: Vec3::zeros(),
+                ..params(ForceBalance::Mixture)
+            });
+            let (force, mut velocity) = (Vec3::new(3.0, 3.0, 0.0), Vec3::zeros());
+            for step in 0..60_000_u64 {
+                if step.is_multiple_of(CONTROL_INTERVAL) {
+                    driving.mean.velocity = velocity;
+                }
+                velocity += (driving.step() + force) * driving.params.units.dt;
+            }
+            velocity
+        };
+        let (with, without) = (run(true), run(false));
+        assert!(with.x.abs() < 1e-6, "{with}");
+        assert!((without.x - 3.0 / 50.0).abs() < 1e-6 && (with.y - without.y).abs() < 1e-12, "{without}");
     }
 
     #[test]

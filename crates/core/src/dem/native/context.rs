@@ -13,7 +13,7 @@ use crate::dem::integrator::Inertia;
 use crate::dem::{ContactState, Load};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::{Particle, ParticleStore, PrescribedMotion};
 
 /// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
 /// sub-step to sub-step.
@@ -65,6 +65,18 @@ pub(super) struct TemplateConstants {
     pub(super) radius: f64,
     /// Thickness of the shape (m).
     pub(super) thickness: f64,
+    pub(super) motion: PrescribedMotion,
+}
+
+/// Masses (kg) of the two bodies of a contact: infinite, and second, where forces do not move the centre of one of them.
+fn masses(bodies: [&TemplateConstants; 2]) -> [f64; 2] {
+    let [a, b] = bodies.map(|body| body.inertia.mass);
+    match bodies.map(|body| body.motion.holds_centre()) {
+        [true, false] => [b, f64::INFINITY],
+        [false, true] => [a, f64::INFINITY],
+        // Between two of them only a rotation can be free.
+        _ => [a, b],
+    }
 }
 
 /// Everything that contacts depend on.
@@ -104,7 +116,8 @@ impl ContactContext {
     /// velocity of half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
     fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> Vec3 {
         let particle = &self.local.store.particles[index];
-        let past = self.past.get(index).filter(|_| self.substep > 0);
+        let moved_by_forces = self.substep > 0 && self.constants(particle).motion.is_free();
+        let past = self.past.get(index).filter(|_| moved_by_forces);
         let (velocity, spin) = match (law.damping, past) {
             (DampingLaw::HuntCrossley, _) | (DampingLaw::Tsuji, None) => {
                 (particle.velocity(), particle.angular_velocity())
@@ -155,9 +168,12 @@ impl ContactContext {
             let Some(overlap) = overlap_again(model.geometry, bodies, turns, offset, hint) else {
                 continue;
             };
+            let [first, second] = [a, b].map(|p| self.constants(p));
+            if first.motion.is_complete() && second.motion.is_complete() {
+                continue;
+            }
             let levers = [overlap.point, overlap.point - offset];
             let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
-            let [first, second] = [a, b].map(|p| self.constants(p));
             let input = ContactInput {
                 ids: [a.id, b.id],
                 indices: [Some(i), Some(j)],
@@ -166,7 +182,7 @@ impl ContactContext {
                 offset,
                 properties: PairProperties {
                     radii: [first.radius, second.radius],
-                    masses: [first.inertia.mass, second.inertia.mass],
+                    masses: masses([first, second]),
                 },
                 velocity: self.velocity(i, &levers[0], law, dt) - self.velocity(j, &levers[1], law, dt),
                 point: domain.wrap(a.position() + overlap.point),
@@ -209,6 +225,9 @@ impl ContactContext {
                 else {
                     continue;
                 };
+                if constants.motion.is_complete() {
+                    continue;
+                }
                 let point = centre + overlap.point;
                 let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let input = ContactInput {
