@@ -208,7 +208,7 @@ mod tests {
     fn a_table_is_constant_before_its_first_time_and_after_its_last() {
         let table = &functions()[2];
         assert_eq!((table.at(-1.0), table.at(0.1)), (Vec3::x(), Vec3::x()));
-        assert_eq!(table.at(0.175), Vec3::new(0.0, 1.0, 0.0));
+        assert!((table.at(0.175) - Vec3::y()).norm() < 1e-15);
         assert_eq!(table.at(7.0), Vec3::new(0.0, 2.0, 5.0));
     }
 

@@ -74,7 +74,7 @@ fn a_body_bounces_off_a_fixed_one_as_off_an_infinite_mass_and_does_not_move_it_b
                 most = most.max(force(&engine, fixed).norm());
             }
             let after = engine.particles().particles[1 - fixed].velocity[0];
-            assert!((after - 0.05).abs() < 3e-4, "{damping:?}: {after}");
+            assert!((after - 0.05).abs() < 2e-3, "{damping:?}: {after}");
             let body = engine.particles().particles[fixed];
             assert_eq!((body.position, body.orientation), (all[fixed].position, all[fixed].orientation));
             assert!(most > 0.0);
@@ -140,8 +140,8 @@ fn prescribed_bodies_among_free_ones_have_the_same_bits_on_1_to_4_ranks_also_res
         .map(|id| {
             let cell = Vec3::new((id % 4) as f64, (id / 4 % 3) as f64, (id / 12) as f64);
             let jitter = Vec3::new((id * 7 % 5) as f64, (id * 3 % 7) as f64, (id * 5 % 4) as f64) * 1e-4;
-            let velocity = Vec3::new(1.0 - (id % 3) as f64, (id % 2) as f64 - 0.5, 0.2);
-            moving(id, (id % 2) as usize, cell.component_mul(&Vec3::new(4e-3, 5e-3, 8e-3)) + jitter, velocity)
+            let velocity = Vec3::new(2.0 - 2.0 * (id % 3) as f64, (id % 2) as f64 - 0.5, 0.4);
+            moving(id, (id % 2) as usize, cell.component_mul(&Vec3::new(3e-3, 3e-3, 4e-3)) + jitter, velocity)
         })
         .collect();
     let state = |engine: &Native, comm: &Comm| {
