@@ -155,7 +155,7 @@ impl FluidSystem {
             particle_volume: each().map(|t| t.shape.volume()).sum(),
             balance: of.force_balance,
             control_rate: of.zero_net_flux.map(|on| if on { of.control_rate } else { 0.0 }).into(),
-            integral: std::array::from_fn(|axis| setup.motions.iter().any(|motion| !motion.free[axis])),
+            prescribed: std::array::from_fn(|axis| setup.motions.iter().any(|motion| !motion.free[axis])),
             body_acceleration: of.body_acceleration,
         };
         (Coupling::new(coupling, decomposition, rank, reach), Driving::new(driving))
