@@ -2,7 +2,6 @@
 
 use super::prelude::*;
 use std::f64::consts::{PI, TAU};
-use turbid::dem::Load;
 
 const TEXT: &str = include_str!("../../../../validation/prescribed_motion/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/prescribed_motion/reference.csv");
@@ -28,9 +27,9 @@ const STEADY: f64 = 1e-5;
 /// Steps between two looks.
 const STRETCH: u64 = 100;
 
-/// Load of the fluid on the only particle.
-fn load(run: &Simulation) -> Load {
-    run.loads().next().map_or_else(Load::default, |(_, load)| load)
+/// Force (N) and torque (N m) of the only particle on the fluid.
+fn on_fluid(run: &Simulation) -> [Vec3; 2] {
+    run.loads().next().map_or([Vec3::zeros(); 2], |(_, load)| [-load.force, -load.torque])
 }
 
 /// Torque on a rotating sphere in a periodic cube of `edge` diameters.
@@ -46,7 +45,7 @@ fn rotation(context: &SuiteContext, edge: u32) -> Result<Findings> {
     let mut torque = 0.0;
     loop {
         run.advance(STRETCH)?;
-        let before = std::mem::replace(&mut torque, -load(&run).torque.dot(&spin.normalize()));
+        let before = std::mem::replace(&mut torque, on_fluid(&run)[1].dot(&spin.normalize()));
         if (torque - before).abs() < STEADY * torque {
             break;
         }
@@ -88,7 +87,7 @@ fn dragging(context: &SuiteContext) -> Result<Findings> {
     let (mut force, mut flux) = (0.0, 0.0);
     for _ in 0..passage {
         run.step()?;
-        force -= load(&run).force.z / passage as f64;
+        force += on_fluid(&run)[0].z / passage as f64;
         flux += run.mean_flow().velocity.z / passage as f64;
     }
     let stokes = 3.0 * PI * setup.fluid_density() * viscosity * diameter * speed;
@@ -125,7 +124,7 @@ fn oscillation(context: &SuiteContext) -> Result<Findings> {
         // The load of a step is its mean over the step.
         let phase = omega * (run.steps_done() as f64 + 0.5) * setup.time_step;
         run.step()?;
-        let force = -load(&run).force.z * 2.0 / period as f64;
+        let force = on_fluid(&run)[0].z * 2.0 / period as f64;
         with_velocity += force * phase.sin();
         with_acceleration += force * phase.cos();
     }
