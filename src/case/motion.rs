@@ -118,7 +118,7 @@ fn refuse_velocities(document: &Document, key: &str, entry: &Entry, motion: &Pre
         return Ok(());
     };
     let moves = (0..3).any(|axis| !motion.free[axis] && moving.velocity[axis] != 0.0);
-    let turns = !motion.free_rotation && moving.angular_velocity != [0.0; 3];
+    let turns = !motion.free_rotation && Vec3::from(moving.angular_velocity) != Vec3::zeros();
     let name = match (moves, turns) {
         (true, _) => "velocity",
         (false, true) => "angular_velocity",
@@ -127,4 +127,56 @@ fn refuse_velocities(document: &Document, key: &str, entry: &Entry, motion: &Pre
     let key = format!("{key}.{name}");
     let title = format!("`{key}` is given, but the `motion` of its section prescribes it");
     Err(document.error(&key, &title, "has no effect here", "set it to 0 in the prescribed directions"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Setup, from_text};
+    use crate::math::Vec3;
+    use crate::particle::{PrescribedMotion, TimeFunction};
+
+    fn setup(motion: &str) -> Setup {
+        let text = "domain.size = [4e-3, 4e-3, 4e-3]\n\
+                    fluid = { density = 1000, viscosity = 1e-6 }\n\
+                    lattice = { cells_per_diameter = 5, relaxation_time = 0.6 }\n\
+                    run.end.steps = 10\n\
+                    [[particles]]\n\
+                    shape.sphere.diameter = 1e-3\n\
+                    density = 2000.0\n\
+                    list = [[1e-3, 1e-3, 1e-3]]\n";
+        let options = [format!("particles.0.motion={motion}"), "driving.gravity=[1, 0, -2]".to_string()];
+        from_text(text, "motion", &options).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn each_form_of_a_motion_is_the_function_of_time_that_it_says() {
+        let motion = |text: &str| setup(text).motions[0].clone();
+        assert_eq!(motion("free"), PrescribedMotion::default());
+        assert_eq!(motion("fixed"), PrescribedMotion::fixed());
+        assert_eq!(motion("{}"), PrescribedMotion::fixed());
+        let constant = motion("{ velocity = [0, 2e-3, 0], angular_velocity = [0, 0, 3], free = [\"x\"] }");
+        assert_eq!(constant.velocity, TimeFunction::Constant(Vec3::new(0.0, 2e-3, 0.0)));
+        assert_eq!(constant.angular_velocity, TimeFunction::Constant(Vec3::new(0.0, 0.0, 3.0)));
+        assert_eq!((constant.free, constant.free_rotation), ([true, false, false], false));
+        let oscillation =
+            "{ oscillation = { amplitude = [0, 0, 2e-3], frequency = 4, phase = 90, mean = [1e-3, 0, 0] } }";
+        let oscillating = motion(&format!("{{ velocity = {oscillation} }}")).velocity;
+        for (time, expected) in [(0.0, 2e-3), (0.125, -2e-3), (0.0625, 0.0)] {
+            assert!((oscillating.at(time) - Vec3::new(1e-3, 0.0, expected)).norm() < 1e-15, "{time}");
+        }
+        let table = motion("{ velocity = { table = [[0, 0, 0, 0], [2, 0, 4e-3, 0]] } }").velocity;
+        assert!((table.at(0.5) - Vec3::new(0.0, 1e-3, 0.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_weight_of_a_body_counts_in_its_free_directions_alone() {
+        let excess = 1000.0 * std::f64::consts::PI / 6.0 * 1e-9;
+        for (motion, expected) in [
+            ("free", Vec3::new(1.0, 0.0, -2.0)),
+            ("{ free = [\"x\", \"rotation\"] }", Vec3::new(1.0, 0.0, 0.0)),
+            ("fixed", Vec3::zeros()),
+        ] {
+            assert!((setup(motion).submerged_weight() - excess * expected).norm() < 1e-18, "{motion}");
+        }
+    }
 }

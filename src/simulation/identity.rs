@@ -272,6 +272,7 @@ mod tests {
             "contact.restitution=0.8",
             "contact.substeps=2",
             "particles.1.density=1001",
+            "particles.1.motion=fixed",
         ] {
             assert_ne!(hash(physics), as_it_is, "{physics}");
         }

@@ -106,11 +106,10 @@ impl Driving {
     pub fn new(params: DrivingParams) -> Self {
         // A sampled controller must stay well below its stability limit of 2 per interval.
         let limit = 0.25 / (CONTROL_INTERVAL as f64 * params.units.dt);
-        let rate = |axis: usize, rate: f64| match params.prescribed[axis] && rate > 0.0 {
-            true => limit,
-            false => rate.min(limit),
-        };
-        let control_rate = Vec3::from_fn(|axis, _| rate(axis, params.control_rate[axis]));
+        let control_rate = Vec3::from_fn(|axis, _| {
+            let rate = params.control_rate[axis];
+            if params.prescribed[axis] && rate > 0.0 { limit } else { rate.min(limit) }
+        });
         let params = DrivingParams { control_rate, ..params };
         let solid_fraction = params.particle_volume / params.volume;
         let mean = MeanFlow { solid_fraction, ..MeanFlow::default() };
@@ -134,9 +133,9 @@ impl Driving {
         let rate = Vec3::from_fn(|a, _| if p.periodic[a] { p.control_rate[a] } else { 0.0 });
         let proportional = -rate.component_mul(&self.mean.velocity);
         let integral = &self.record.integral;
-        Vec3::from_fn(|a, _| match p.prescribed[a] {
-            true => proportional[a] - 0.25 * rate[a] * rate[a] * integral[a],
-            false => proportional[a],
+        Vec3::from_fn(|a, _| {
+            let more = if p.prescribed[a] { 0.25 * rate[a] * rate[a] * integral[a] } else { 0.0 };
+            proportional[a] - more
         })
     }
 
