@@ -12,11 +12,9 @@
 //! ```
 
 use std::f64::consts::PI;
-use turbid::comm::Comm;
 use turbid::coupling::ForceBalance;
-use turbid::domain::Decomposition;
 use turbid::fluid::Precision;
-use turbid::{Builder, Particles, Result, Simulation};
+use turbid::{Builder, Particles, Result};
 
 /// Drag factor of a simple-cubic array at the volume fraction 0.064 (-), doi:10.1017/S0022112082000627.
 const ZICK_HOMSY: f64 = 2.810;
@@ -24,8 +22,8 @@ const ZICK_HOMSY: f64 = 2.810;
 /// Returns the drag factor `K = F / (6 pi rho nu R U)` with the superficial velocity `U` (-).
 pub(crate) fn run() -> Result<f64> {
     let (edge, radius, viscosity, acceleration) = (2.5e-3, 6.2035e-4, 1e-5, 2e-3);
-    let sphere = Particles::spheres(2.0 * radius, 1000.0).at([0.5 * edge; 3]);
-    let setup = Builder::new([edge; 3])
+    let sphere = Particles::spheres(2.0 * radius, 1000.0).at([0.5 * edge; 3]).fixed();
+    let mut simulation = Builder::new([edge; 3])
         .fluid(1000.0, viscosity)
         .lattice(12.407, 1.0)
         .precision(Precision::F64)
@@ -33,9 +31,7 @@ pub(crate) fn run() -> Result<f64> {
         .gravity([0.0; 3])
         .body_acceleration([0.0, 0.0, acceleration])
         .force_balance(ForceBalance::FluidOnly)
-        .setup()?;
-    let whole = Decomposition::solo(setup.domain);
-    let mut simulation = Simulation::with_prescribed_motion(&setup, &whole, Comm::Solo)?;
+        .build()?;
     println!("time (s)  force on the sphere (N)  drag factor");
     let mut factor = 0.0;
     for n in 1..=4 {

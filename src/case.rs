@@ -20,6 +20,7 @@ mod hertz;
 mod kinds;
 pub mod located;
 mod materials;
+mod motion;
 mod overrides;
 mod physics;
 mod placement;
@@ -40,7 +41,7 @@ use crate::domain::Domain;
 use crate::engine::EngineChoice;
 use crate::fluid::{Collision, Precision, Simd};
 use crate::math::{Quat, Vec3};
-use crate::particle::{Particle, Template};
+use crate::particle::{Particle, PrescribedMotion, Template};
 use crate::units::Units;
 use crate::wall::Wall;
 use std::path::PathBuf;
@@ -71,6 +72,8 @@ pub struct Setup {
     pub templates: Arc<[Template]>,
     /// The `[[particles]]` section that each template is of, counted from 0.
     pub sections: Vec<usize>,
+    /// Motion of the bodies of each template, as far as it is prescribed.
+    pub motions: Vec<PrescribedMotion>,
     /// From the axes of the body to those in which the case gives its shape, for each template.
     pub frames: Vec<Quat>,
     /// Initial state of all particles, ascending ids.
@@ -109,6 +112,26 @@ impl Setup {
     /// Number of cells of the fluid; 0 without one.
     pub fn fluid_cells(&self) -> usize {
         self.fluid.as_ref().map_or(0, |_| self.domain.cell_count())
+    }
+
+    /// Weight less buoyancy (N) of all particles, in the directions in which forces move them.
+    pub fn submerged_weight(&self) -> Vec3 {
+        let of = |particle: &Particle| {
+            let index = particle.template as usize;
+            let (template, free) = (&self.templates[index], self.motions[index].free);
+            let weight = (template.density - self.fluid_density()) * template.shape.volume() * self.gravity;
+            Vec3::from_fn(|axis, _| if free[axis] { weight[axis] } else { 0.0 })
+        };
+        self.particles.iter().map(of).sum()
+    }
+
+    /// The `[[particles]]` sections whose motion is prescribed, at least in part, ascending.
+    pub fn prescribed_sections(&self) -> Vec<usize> {
+        let of_each = self.sections.iter().zip(&self.motions);
+        let mut sections: Vec<usize> =
+            of_each.filter(|(_, motion)| !motion.is_free()).map(|(section, _)| *section).collect();
+        sections.dedup();
+        sections
     }
 
     /// Unit of `t*` (s): `D / u_Stokes`, if something settles.

@@ -151,12 +151,11 @@ impl FluidSystem {
             units,
             volume: cells * (units.dx * units.dx * units.dx),
             periodic: setup.domain.periodic,
-            submerged_weight: each()
-                .map(|t| (t.density - units.density) * t.shape.volume() * setup.gravity)
-                .sum(),
+            submerged_weight: setup.submerged_weight(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
             balance: of.force_balance,
             control_rate: of.zero_net_flux.map(|on| if on { of.control_rate } else { 0.0 }).into(),
+            prescribed: std::array::from_fn(|axis| setup.motions.iter().any(|motion| !motion.free[axis])),
             body_acceleration: of.body_acceleration,
         };
         (Coupling::new(coupling, decomposition, rank, reach), Driving::new(driving))

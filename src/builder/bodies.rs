@@ -127,6 +127,37 @@ impl Particles {
         self
     }
 
+    /// Keeps all where they are, whatever acts on them: `motion = "fixed"`.
+    ///
+    /// ```
+    /// use turbid::{Builder, Particles, math::Vec3};
+    /// let sphere = Particles::spheres(1e-3, 2500.0).at([2e-3; 3]).fixed();
+    /// let mut simulation = Builder::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6).particles(sphere).build()?;
+    /// simulation.advance(8)?;
+    /// assert_eq!(simulation.particles()[0].position, [2e-3; 3]);
+    /// let buoyancy = 1000.0 * 9.80665 * std::f64::consts::PI / 6.0 * 1e-9;
+    /// assert!(simulation.loads().all(|(_, load)| (load.force.z / buoyancy - 1.0).abs() < 1e-9));
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn fixed(self) -> Self {
+        self.set("motion", "fixed")
+    }
+
+    /// Prescribes constant velocities (m/s) and angular velocities (1/s), whatever acts on them. [`set`](Self::set) of `"motion"`
+    /// takes [all other forms](crate::case::file::MotionSection).
+    ///
+    /// ```
+    /// use turbid::{Builder, Particles};
+    /// let sphere = Particles::spheres(1e-3, 2500.0).at([2e-3; 3]).prescribed([0.0, 0.0, 1e-3], [0.0; 3]);
+    /// let mut simulation = Builder::new([4e-3; 3]).dry(1e-4).particles(sphere).build()?;
+    /// simulation.advance(10)?;
+    /// assert!((simulation.particles()[0].position[2] - 2.001e-3).abs() < 1e-15);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    pub fn prescribed(self, velocity: impl Into<[f64; 3]>, angular_velocity: impl Into<[f64; 3]>) -> Self {
+        self.set("motion.velocity", velocity.into()).set("motion.angular_velocity", angular_velocity.into())
+    }
+
     /// As many at random positions, with random orientations.
     pub fn count(self, count: u64) -> Self {
         self.set("count", count)
@@ -137,7 +168,8 @@ impl Particles {
         self.set("volume_fraction", fraction)
     }
 
-    /// Any other key of a section `[[particles]]`: `"seed"`, `"minimum_gap"`, `"sizes"`, `"material"`, `"file"`, `"overlaps"`.
+    /// Any other key of a section `[[particles]]`: `"seed"`, `"minimum_gap"`, `"sizes"`, `"material"`, `"file"`, `"overlaps"`,
+    /// `"motion"`.
     pub fn set(mut self, key: &str, value: impl Serialize) -> Self {
         self.keys.put(key, value);
         self

@@ -4,7 +4,7 @@
 //! misinterprets other walls.
 
 use super::checks::Document;
-use super::file::{EngineKind, ShapeSection};
+use super::file::{EngineKind, MotionSection, NamedMotion, ShapeSection};
 use super::walls::PlacedWall;
 use crate::engine::{EngineChoice, LiggghtsOptions, commands};
 use crate::error::Result;
@@ -33,6 +33,7 @@ pub(super) fn engine(document: &Document) -> Result<EngineChoice> {
         return Err(document.error_at(&places, title, remedy));
     }
     refuse_shapes(document)?;
+    refuse_motion(document)?;
     if document.case.contact.enabled {
         refuse_law(document)?;
         refuse_lubrication(document)?;
@@ -97,6 +98,20 @@ fn refuse_shapes(document: &Document) -> Result<()> {
     let places = [(&*key, "not a sphere"), ("dem.engine", "the engine")];
     let remedy = "take dem.engine = \"native\" for other shapes; Debian's LIGGGHTS is built without them";
     Err(document.error_at(&places, &title, remedy))
+}
+
+fn refuse_motion(document: &Document) -> Result<()> {
+    let is_free = |motion: &MotionSection| matches!(motion, MotionSection::Named(NamedMotion::Free));
+    let mut sections = document.case.particles.iter();
+    let Some(index) = sections.position(|section| section.motion.as_ref().is_some_and(|m| !is_free(m)))
+    else {
+        return Ok(());
+    };
+    let key = format!("particles.{index}.motion");
+    let title =
+        format!("`{key}` prescribes motion, but LIGGGHTS, `dem.engine`, is given free particles only");
+    let places = [(&*key, "not free"), ("dem.engine", "the engine")];
+    Err(document.error_at(&places, &title, "take dem.engine = \"native\", or remove `motion`"))
 }
 
 fn refuse_law(document: &Document) -> Result<()> {

@@ -3,6 +3,7 @@
 //! `turbid check --schema` prints what stands here as a JSON schema. Numbers are in SI units unless said otherwise.
 
 mod contacts;
+mod motion;
 mod particles;
 mod shapes;
 mod walls;
@@ -17,6 +18,10 @@ use std::collections::BTreeMap;
 
 pub use contacts::{
     ContactSection, DemSection, EngineKind, GeometryKind, LiggghtsSection, MaterialSection, PairSection,
+};
+pub use motion::{
+    Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, VariableVelocity,
+    VelocitySection,
 };
 pub use particles::{
     Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, RelativeDistance, RelaxDistance,
@@ -319,7 +324,7 @@ pub struct OutputSection {
     /// dry run its normal is the line of sight.
     pub picture_plane: Option<PicturePlane>,
     /// Speed at the upper end of the colours of all pictures (m/s), rounded up. Default: the largest of u*, the fastest wall,
-    /// the fastest particle at the start and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in
+    /// the fastest particle at the start, prescribed motion and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in
     /// none of these, the fastest of the first picture.
     #[schemars(transform = positive)]
     pub picture_range: Option<f64>,

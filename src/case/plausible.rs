@@ -61,6 +61,8 @@ impl Setup {
     /// The particles that are furthest below the density that the coupling needs, if there are any.
     ///
     /// The cells across a body are the geometric mean of its thickness and its diameter.
+    ///
+    /// Bodies whose centre is not free in any direction cannot be.
     pub fn too_light(&self) -> Option<TooLight> {
         let fluid = self.fluid.as_ref()?;
         let of = |template: usize| {
@@ -69,7 +71,9 @@ impl Setup {
             TooLight { template, ratio: density / fluid.density, limit: UNSTABLE_RATIO_CELLS / across }
         };
         (self.particles.iter())
-            .map(|particle| of(particle.template as usize))
+            .map(|particle| particle.template as usize)
+            .filter(|&template| !self.motions[template].holds_centre())
+            .map(of)
             .filter(|light| light.ratio < light.limit)
             .min_by(|a, b| (a.ratio / a.limit).total_cmp(&(b.ratio / b.limit)))
     }
@@ -83,7 +87,12 @@ impl Written<'_> {
         let mut follow = |name: &str, speed: f64, key: &str, doubt: Option<String>| {
             self.follow(name, speed, key, doubt).map(|warning| warnings.extend(warning))
         };
-        let settling = self.present.iter().map(|&template| (template, setup.settling_speed(fluid, template)));
+        let settles = |template: usize| {
+            let free = setup.motions[template].free;
+            (0..3).any(|axis| free[axis] && setup.gravity[axis] != 0.0)
+        };
+        let settling = self.present.iter().filter(|&&template| settles(template));
+        let settling = settling.map(|&template| (template, setup.settling_speed(fluid, template)));
         if let Some((template, speed)) = settling.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
             let name = format!("the settling velocity of `particles.{section}`");
@@ -101,6 +110,13 @@ impl Written<'_> {
             let list = if self.document.case.particles[section].list.is_some() { ".list.0" } else { "" };
             let doubt = (speed > 10.0).then(|| "velocities are in m/s".to_string());
             follow(&name, speed, &format!("particles.{section}{list}"), doubt)?;
+        }
+        for &template in &self.present {
+            let speed = setup.prescribed_speed(template);
+            let key = format!("particles.{}.motion", setup.sections[template]);
+            let doubt =
+                (speed > 10.0).then(|| "velocities are in m/s, angular velocities in 1/s".to_string());
+            follow(&format!("the fastest surface by `{key}`"), speed, &key, doubt)?;
         }
         let size = setup.domain.size();
         for (wall, key) in setup.walls.iter().zip(&self.walls) {

@@ -6,6 +6,7 @@ use super::engine::{engine, refuse_walls};
 use super::files::{Files, OwnShapes};
 use super::kinds::Kinds;
 use super::materials::Materials;
+use super::motion::motions;
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Written;
@@ -127,6 +128,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         }
         Medium::Dry(section) => (dry::time_step(section, substeps, templates, &materials), None),
     };
+    let motions = motions(document, time_step)?;
     let placer = Placer {
         document,
         domain,
@@ -159,6 +161,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         time_step,
         fluid,
         sections: kinds.of_each(|section, _| section),
+        motions: kinds.of_each(|section, _| motions[section].clone()),
         frames: kinds.of_each(|_, kind| kind.rotation),
         templates: kinds.templates.into(),
         particles,

@@ -63,6 +63,11 @@ impl Setup {
         widths.fold(f64::INFINITY, f64::min)
     }
 
+    /// Bound (m/s) of the speed that prescribed motion gives to the surface of particles of a template.
+    pub(crate) fn prescribed_speed(&self, template: usize) -> f64 {
+        self.motions[template].largest_speed(self.templates[template].shape.circumradius())
+    }
+
     /// Largest speed (m/s) that particles of a template reach as they settle.
     pub(super) fn settling_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
         let template = &self.templates[template];

@@ -9,7 +9,7 @@ use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields; those of walls
-/// ([`wall_columns`]) follow.
+/// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow.
 ///
 /// A row is the state between two steps: all forces of the steps so far have acted, and none of the coming one. So with a body
 /// acceleration `a` its flow lies `a dt / 2` behind that of the fields, which is taken in the middle of the coming collision.
@@ -69,9 +69,9 @@ pub const COLUMNS: [&str; 37] = [
 /// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
 pub const WALL_COLUMNS: [(&str, &str); 2] = [("fluid_force", "N"), ("shear_stress", "Pa")];
 
-/// True of the names of the columns of walls.
-pub fn is_of_a_wall(name: &str) -> bool {
-    let rest = WALL_COLUMNS.iter().find_map(|(what, _)| name.strip_prefix(what));
+/// True of the names of the columns of walls and of bodies with prescribed motion.
+pub fn is_of_a_body(name: &str) -> bool {
+    let rest = WALL_COLUMNS.iter().chain(&LOADS).find_map(|(what, _)| name.strip_prefix(what));
     rest.is_some_and(|rest| rest.starts_with('_'))
 }
 
@@ -82,6 +82,25 @@ pub fn wall_columns(walls: &[Wall]) -> impl Iterator<Item = String> {
         let known = if wall.surface.is_plane() { 2 } else { 1 };
         WALL_COLUMNS[..known].iter().flat_map(|(what, unit)| {
             ["x", "y", "z"].map(|axis| format!("{what}_{}_{axis} ({unit})", wall.name))
+        })
+    })
+}
+
+/// Loads on the bodies of a section with prescribed motion, beginnings of the names of their columns, and their units. Those of the fluid
+/// come first.
+pub const LOADS: [(&str, &str); 4] = [
+    ("hydrodynamic_force", "N"),
+    ("hydrodynamic_torque", "N m"),
+    ("contact_force", "N"),
+    ("contact_torque", "N m"),
+];
+
+/// Header of the columns of `[[particles]]` sections, given by their indices, whose motion is prescribed: sums over their bodies of the
+/// load of the fluid in the last step, with buoyancy, and of contacts; torques about the centre of each.
+pub fn load_columns(sections: &[usize]) -> impl Iterator<Item = String> {
+    sections.iter().flat_map(|section| {
+        LOADS.iter().flat_map(move |(what, unit)| {
+            ["x", "y", "z"].map(|axis| format!("{what}_particles.{section}_{axis} ({unit})"))
         })
     })
 }
@@ -129,6 +148,8 @@ pub struct SeriesRow {
     pub hydrodynamic_stress: [f64; 6],
     /// Values of the columns that [`wall_columns`] names.
     pub walls: Vec<f64>,
+    /// Values of the columns that [`load_columns`] names.
+    pub prescribed: Vec<f64>,
 }
 
 /// Writes a table that grows on disk, as `series.csv`.
@@ -139,10 +160,11 @@ pub struct SeriesWriter {
 }
 
 impl SeriesWriter {
-    /// Creates the `series.csv` of a run with these walls, replacing an older one, and writes the header.
-    pub fn create(path: &Path, walls: &[Wall]) -> Result<Self> {
+    /// Creates the `series.csv` of a run with these walls and these sections of prescribed motion, replacing an older one, and writes the
+    /// header.
+    pub fn create(path: &Path, walls: &[Wall], prescribed: &[usize]) -> Result<Self> {
         let columns = COLUMNS.into_iter().map(String::from);
-        Self::with_columns(path, columns.chain(wall_columns(walls)))
+        Self::with_columns(path, columns.chain(wall_columns(walls)).chain(load_columns(prescribed)))
     }
 
     /// As [`create`](Self::create), with these columns.
@@ -296,7 +318,7 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
         let row = |step| SeriesRow { step, ..SeriesRow::default() };
-        let mut series = SeriesWriter::create(&path, &[]).unwrap();
+        let mut series = SeriesWriter::create(&path, &[], &[]).unwrap();
         series.write(&[row(1)]).unwrap();
         let length = series.length().unwrap();
         series.write(&[row(7)]).unwrap();
@@ -324,7 +346,7 @@ mod tests {
     fn each_row_is_on_disk_at_once_and_stands_under_its_header() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let mut series = SeriesWriter::create(&path, &[]).unwrap();
+        let mut series = SeriesWriter::create(&path, &[], &[]).unwrap();
         for step in 1..4 {
             let row = SeriesRow {
                 step,
@@ -361,13 +383,13 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_reported_by_the_row_that_does_not_fit() {
-        let error = SeriesWriter::create(Path::new("/dev/full"), &[]).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/dev/full"), &[], &[]).unwrap_err();
         assert!(error.to_string().contains("/dev/full"), "{error}");
     }
 
     #[test]
     fn a_directory_that_does_not_exist_is_named() {
-        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[]).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[], &[]).unwrap_err();
         assert!(error.to_string().contains("/nowhere/at/all/series.csv"));
     }
 

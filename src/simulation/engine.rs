@@ -63,6 +63,7 @@ pub(super) fn engine(
                 walls: setup.walls.clone(),
                 gravity: setup.gravity,
                 substeps: setup.substeps,
+                motions: setup.motions.clone(),
             };
             let engine = Native::new(params, decomposition, comm.rank(), templates, &setup.particles)?;
             Ok(Box::new(engine))

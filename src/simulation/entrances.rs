@@ -4,7 +4,7 @@ use super::observe::own_fields;
 use super::{Fields, Simulation, run};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::dem::{Ballistic, Load};
+use crate::dem::Load;
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::particle::Particle;
@@ -41,28 +41,6 @@ impl Simulation {
     pub fn on_ranks<R: Send>(setup: &Setup, body: impl Fn(Self) -> Result<R> + Sync) -> Result<R> {
         let decomposition = run::agreed(run::decompose(setup))?;
         run::on_ranks(&decomposition, |comm| body(Self::new(setup, &decomposition, comm)?))
-    }
-
-    /// As [`new`](Self::new), with particles that keep their velocities whatever acts on them: bodies at rest are fixed.
-    /// Collective.
-    ///
-    /// ```
-    /// # use turbid::{Builder, Simulation, comm::Comm, domain::Decomposition};
-    /// let setup = Builder::example().body_acceleration([0.0, 0.0, 0.1]).setup()?;
-    /// let whole = Decomposition::solo(setup.domain);
-    /// let mut simulation = Simulation::with_prescribed_motion(&setup, &whole, Comm::Solo)?;
-    /// simulation.advance(8)?;
-    /// assert_eq!(simulation.particles(), &setup.particles);
-    /// assert!(simulation.loads().all(|(_, load)| load.force.z > 0.0));
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`with_engine`](Self::with_engine).
-    pub fn with_prescribed_motion(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
-        let (rank, templates) = (comm.rank(), setup.templates.clone());
-        let engine = Ballistic::new(decomposition.clone(), rank, templates, &setup.particles);
-        Self::with_engine(setup, decomposition, comm, Box::new(engine))
     }
 
     /// Advances by whole steps to the one nearest to a time (s), and [checks](Self::check); errors as [`step`](Self::step).

@@ -33,6 +33,10 @@ pub(super) fn hint(setup: &Setup) -> String {
     if started > 0.0 {
         drives.push(format!("start velocities up to {started:.3e} m/s{}", lattice("", started)));
     }
+    let prescribed = (0..setup.templates.len()).map(|n| setup.prescribed_speed(n)).fold(0.0, f64::max);
+    if prescribed > 0.0 {
+        drives.push(format!("prescribed motion up to {prescribed:.3e} m/s{}", lattice("", prescribed)));
+    }
     if drives.is_empty() {
         drives.push("nothing but contacts".to_string());
     }

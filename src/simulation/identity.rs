@@ -5,7 +5,7 @@
 //!
 //! - of the fluid its density, collision, coupling, force balance, flux control and body acceleration;
 //! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
-//! - volume, inertia, density and material of each template;
+//! - volume, inertia, density and material of each template, and its motion as far as it is prescribed;
 //! - the contents of the files that the case names.
 //!
 //! It lacks the other numbers of [`identity`], the run plan, and what the text of the case decides alone: position and motion of the
@@ -16,7 +16,7 @@ use crate::contact::{ContactModel, ElasticLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::fluid::Collision;
 use crate::math::Vec3;
-use crate::particle::Template;
+use crate::particle::{PrescribedMotion, Template, TimeFunction};
 use crate::wall::{Surface, Wall};
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
@@ -57,7 +57,7 @@ pub(super) fn setup_hash(setup: &Setup) -> String {
             "fluid": setup.fluid.as_ref().map(fluid),
             "gravity": vector(setup.gravity),
             "substeps": setup.substeps,
-            "templates": setup.templates.iter().map(template).collect::<Vec<_>>(),
+            "templates": setup.templates.iter().zip(&setup.motions).map(template).collect::<Vec<_>>(),
             "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
         }),
         &mut text,
@@ -142,14 +142,39 @@ fn contact(model: &ContactModel) -> Json {
     contact
 }
 
-fn template(template: &Template) -> Json {
+fn template((template, prescribed): (&Template, &PrescribedMotion)) -> Json {
     let shape = &template.shape;
-    json!({
+    let mut json = json!({
         "density": template.density,
         "inertia_per_mass": vector(shape.inertia_per_mass()),
         "material": template.material,
         "shape": shape.kind(),
         "volume": shape.volume(),
+    });
+    if !prescribed.is_free() {
+        json["motion"] = motion(prescribed);
+    }
+    json
+}
+
+fn motion(motion: &PrescribedMotion) -> Json {
+    let function = |function: &TimeFunction| match function {
+        TimeFunction::Constant(value) => json!(vector(*value)),
+        TimeFunction::Oscillation { mean, amplitude, frequency, phase } => json!({
+            "amplitude": vector(*amplitude),
+            "frequency": frequency,
+            "mean": vector(*mean),
+            "phase": phase,
+        }),
+        TimeFunction::Table(rows) => {
+            rows.iter().map(|(time, value)| json!([time, vector(*value)])).collect::<Vec<_>>().into()
+        }
+    };
+    json!({
+        "angular_velocity": function(&motion.angular_velocity),
+        "free": motion.free,
+        "free_rotation": motion.free_rotation,
+        "velocity": function(&motion.velocity),
     })
 }
 
@@ -247,6 +272,7 @@ mod tests {
             "contact.restitution=0.8",
             "contact.substeps=2",
             "particles.1.density=1001",
+            "particles.1.motion=fixed",
         ] {
             assert_ne!(hash(physics), as_it_is, "{physics}");
         }

@@ -329,7 +329,13 @@ fn under_weight_and_changing_loads_damped_bounces_are_those_of_the_native_engine
         let cut = || Decomposition::new(domain, 1).unwrap();
         let params = LiggghtsParams { walls: walls.clone(), gravity, substeps, ..params(model.clone()) };
         let mut lgg = Liggghts::new(params, cut(), &Comm::Solo, templates(), &all).unwrap();
-        let params = NativeParams { contact: model.clone(), walls: walls.clone(), gravity, substeps };
+        let params = NativeParams {
+            contact: model.clone(),
+            walls: walls.clone(),
+            gravity,
+            substeps,
+            ..NativeParams::default()
+        };
         let mut native = Native::new(params, cut(), 0, templates(), &all).unwrap();
         for step in 0..3000_u32 {
             // Of the size of the weight.

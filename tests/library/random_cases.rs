@@ -23,6 +23,13 @@ const SHAPES: [&str; 9] = [
     "cube = { edge = 5e-4 }",
 ];
 
+const MOTIONS: [&str; 4] = [
+    "motion = \"fixed\"\n",
+    "motion = { velocity = [0.02, -0.01, 0.0], angular_velocity = [0, 40, 0], free = [\"z\"] }\n",
+    "motion = { velocity = { oscillation = { amplitude = [0, 0.03, 0.01], frequency = 120, phase = 30 } } }\n",
+    "motion = { velocity = { table = [[0, 0, 0, 0.02], [0.004, 0.03, 0, 0]] }, free = [\"y\", \"rotation\"] }\n",
+];
+
 /// A random case, in words; some are none, as their particles do not fit.
 fn draw(random: &mut ChaCha8Rng) -> String {
     let size: [f64; 3] = std::array::from_fn(|_| 1e-4 * f64::from(random.random_range(14..31_u8)));
@@ -52,6 +59,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
             "[[particles]]\nshape = {{ {shape} }}\ndensity = {density}\ncount = {count}\nseed = {seed}\n"
         )
         .unwrap();
+        if random.random_bool(0.3) {
+            text += MOTIONS.choose(random).unwrap();
+        }
     }
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));

@@ -35,7 +35,7 @@ fn outcome(kind: Particles, coupling: Coupling) -> Outcome {
         .lattice(10.0, 0.8)
         .precision(Precision::F64)
         .coupling(coupling)
-        .particles(kind.posed(at, &turn, Vec3::zeros(), Vec3::zeros()))
+        .particles(kind.fixed().posed(at, &turn, Vec3::zeros(), Vec3::zeros()))
         .gravity([0.0; 3])
         .body_acceleration([0.5, 0.3, 1.0])
         .force_balance(ForceBalance::FluidOnly)
@@ -45,7 +45,7 @@ fn outcome(kind: Particles, coupling: Coupling) -> Outcome {
     let axes = setup.frames[0].to_rotation_matrix().into_inner();
     let tensor = axes * turbid::math::Mat3::from_diagonal(&shape.inertia_per_mass()) * axes.transpose();
     let whole = Decomposition::solo(setup.domain);
-    let mut simulation = Simulation::with_prescribed_motion(&setup, &whole, Comm::Solo).unwrap();
+    let mut simulation = Simulation::new(&setup, &whole, Comm::Solo).unwrap();
     simulation.advance(100).unwrap();
     let load = simulation.loads().next().unwrap().1;
     Outcome {

@@ -4,6 +4,7 @@ mod bodies;
 mod engine;
 mod files;
 mod forms;
+mod motion;
 mod walls;
 
 use crate::common::case::{SPHERES, changed};

@@ -62,6 +62,65 @@ particles_every = { steps = 48 }
 picture_every = { steps = 160 }
 "#;
 
+/// Free spheres among bodies that oscillate, follow a table, turn and are free along an axis, whose loads are in the series; the
+/// half of the run lies within a period and between two rows of the table.
+const PRESCRIBED: &str = r#"
+[domain]
+size = [3e-3, 3e-3, 3e-3]
+
+[fluid]
+density = 1000.0
+viscosity = 2e-6
+
+[lattice]
+cells_per_diameter = 5
+relaxation_time = 0.6
+
+[[particles]]
+shape = { sphere = { diameter = 5e-4 } }
+density = 3000.0
+count = 40
+seed = 1
+
+[[particles]]
+shape = { cube = { edge = 5e-4 } }
+density = 3000.0
+list = [[0.6e-3, 0.6e-3, 0.6e-3], [2.9e-3, 1.5e-3, 1.5e-3]]
+
+[particles.motion]
+velocity = { oscillation = { amplitude = [0, 2e-2, 1e-2], frequency = 23, phase = 60, mean = [1e-2, 0, 0] } }
+angular_velocity = [0, 30, 10]
+
+[[particles]]
+shape = { cylinder = { diameter = 4e-4, length = 6e-4 } }
+density = 3000.0
+list = [[1.5e-3, 2.2e-3, 0.8e-3]]
+
+[particles.motion]
+velocity = { table = [[0, 1e-2, 0, 0], [0.01, 0, 2e-2, 0], [0.04, -1e-2, 0, 0]] }
+free = ["z", "rotation"]
+
+[[particles]]
+shape = { sphere = { diameter = 6e-4 } }
+density = 3000.0
+list = [[0.8e-3, 2.3e-3, 2.2e-3]]
+motion = "fixed"
+
+[contact]
+substeps = 2
+
+[run]
+end = { steps = 160 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+particles_every = { steps = 16 }
+picture_every = { steps = 80 }
+fields_every = "never"
+"#;
+
 /// Stones from a file at places from another one, between a floor and a lid that slides.
 const STONES: &str = r#"
 [domain]
@@ -172,6 +231,11 @@ fn spheres_in_a_fluid_resume_to_the_bit_on_other_threads() {
 #[test]
 fn bodies_between_walls_without_a_fluid_resume_to_the_bit_on_other_threads() {
     in_two_halves(&Place::new(DRY), 400, &[], &[]);
+}
+
+#[test]
+fn prescribed_bodies_resume_to_the_bit_within_a_period_on_other_threads() {
+    in_two_halves(&Place::new(PRESCRIBED), 160, &[], &[]);
 }
 
 #[cfg(feature = "liggghts")]

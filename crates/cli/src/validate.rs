@@ -12,6 +12,7 @@ mod hertz;
 mod hindered_settling;
 mod liggghts;
 mod periodic_settling;
+mod prescribed_motion;
 mod random_array;
 mod reference;
 mod restitution;
@@ -118,6 +119,7 @@ pub const CASES: &[Case] = &[
     channel::CASE,
     sphere_array::CASE,
     periodic_settling::CASE,
+    prescribed_motion::CASE,
     shear::CASE,
     settling_tank::CASE,
     restitution::CASE,

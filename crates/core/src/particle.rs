@@ -1,8 +1,11 @@
 //! One particle, its template, and the particles of a rank, ghosts included.
 
+mod motion;
+
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::shape::Shape;
 use bytemuck::{Pod, Zeroable};
+pub use motion::{PrescribedMotion, TimeFunction};
 use std::sync::Arc;
 
 /// Geometry and material common to many particles.

@@ -1,5 +1,6 @@
 //! Kinds of particles as the user writes them.
 
+use super::motion::MotionSection;
 use super::shapes::ShapeSection;
 use crate::case::schema::{non_negative, positive};
 use schemars::JsonSchema;
@@ -23,6 +24,9 @@ pub struct ParticleSection {
     pub density: f64,
     /// Name of its material. Default "default", which is that of `[contact]`.
     pub material: Option<String>,
+    /// "free", "fixed", or prescribed velocities, `{ velocity = [...], angular_velocity = [...], free = [...] }`. `series.csv` has
+    /// the force and torque on the fixed and prescribed bodies of a section. Default "free".
+    pub motion: Option<MotionSection>,
     /// Solid volume over volume of the box (-), at most 0.35: random positions and orientations.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.35))]
     pub volume_fraction: Option<f64>,

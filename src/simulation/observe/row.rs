@@ -6,21 +6,17 @@ use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::math::{ReproducibleSum, Vec3, join_wide, magnitude, split_wide};
 use crate::output::SeriesRow;
+use crate::output::series::LOADS;
 use crate::output::walls::area;
 use crate::particle::Particle;
 use crate::simulation::{Measurement, Simulation};
 use crate::wall::{Surface, Wall};
 
-/// Direction of the weight less buoyancy of all particles, in which they settle as a whole. `None` if nothing settles.
+/// Direction of the [weight less buoyancy](Setup::submerged_weight) of all particles, in which they settle as a whole. `None` if
+/// nothing settles.
 pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
-    let weight: Vec3 = (setup.particles.iter())
-        .map(|p| {
-            let template = &setup.templates[p.template as usize];
-            (template.density - setup.fluid_density()) * template.shape.volume() * setup.gravity
-        })
-        .sum();
     let speed = stokes_velocity(setup);
-    (speed > 0.0 && speed.is_finite()).then(|| weight.try_normalize(0.0)).flatten()
+    (speed > 0.0 && speed.is_finite()).then(|| setup.submerged_weight().try_normalize(0.0)).flatten()
 }
 
 /// Whether a settling velocity can become steady: the box has no end in its direction.
@@ -56,12 +52,14 @@ pub(super) fn row(
     for contact in contacts {
         of_contact(setup, &known, contact, &mut terms);
     }
+    let on_sections = ON_WALLS + 3 * setup.walls.len();
+    of_loads(setup, simulation, on_sections, &mut terms);
     let summary = simulation.dem.contacts();
     let mean = measured.mean;
     let fastest = own.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
     let (sums, [particles, contacts], [max_particle_speed, depth, max_lattice_speed]) = reduce(
         &simulation.comm,
-        ON_WALLS + 3 * setup.walls.len(),
+        on_sections + LOADS.len() * 3 * setup.prescribed_sections().len(),
         &terms,
         [own.len(), summary.count],
         [fastest, summary.max_depth, mean.max_lattice_speed],
@@ -111,6 +109,7 @@ pub(super) fn row(
             })
             .flat_map(<[f64; 3]>::from)
             .collect(),
+        prescribed: sums[on_sections..].to_vec(),
     })
 }
 
@@ -165,6 +164,27 @@ fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
         (ROTATION, rotation),
         (GRAVITATION, -excess * particle.position().dot(&fall)),
     ]);
+}
+
+/// Terms of the loads on bodies with prescribed motion, by their section and in the order of [`LOADS`], from column `first` on.
+fn of_loads(setup: &Setup, simulation: &Simulation, first: usize, terms: &mut Vec<Term>) {
+    let sections = setup.prescribed_sections();
+    if sections.is_empty() {
+        return;
+    }
+    let mut add = |template: u64, load: usize, values: [[f64; 3]; 2]| {
+        if let Ok(index) = sections.binary_search(&setup.sections[template as usize]) {
+            put(terms, first + 3 * (LOADS.len() * index + load), values.as_flattened());
+        }
+    };
+    for (id, load) in simulation.loads() {
+        let at = setup.particles.binary_search_by_key(&id, |particle| particle.id);
+        let particle = &setup.particles[at.expect("a particle of the case")];
+        add(particle.template, 0, [load.force.into(), load.torque.into()]);
+    }
+    for particle in simulation.particles() {
+        add(particle.template, 2, [particle.contact_force, particle.contact_torque]);
+    }
 }
 
 /// Terms of a contact; `known` has its particles, ascending by id.

@@ -102,7 +102,7 @@ fn range(setup: &Setup, picture: &RootOutput) -> Option<f64> {
     (Some(expected(setup)).filter(moves)).or_else(|| Some(seen()).filter(moves))
 }
 
-/// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start, of a
+/// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start or prescribed, of a
 /// fluid that is driven, of a fall without fluid; zero if nothing is known.
 fn expected(setup: &Setup) -> f64 {
     let size = setup.domain.size();
@@ -110,7 +110,8 @@ fn expected(setup: &Setup) -> f64 {
         let turning = wall.motion.angular_velocity.norm() * 0.5 * size.norm();
         wall.motion.velocity.norm() + turning
     });
-    let particles = setup.particles.iter().map(|p| p.velocity().norm());
+    let particles = (setup.particles.iter())
+        .map(|p| p.velocity().norm().max(setup.prescribed_speed(p.template as usize)));
     let (settling, driven) = if let Some(fluid) = &setup.fluid {
         // Poiseuille's flow in the narrowest closed direction, unless it has no time to develop.
         let width = (0..3).filter(|&i| !setup.domain.periodic[i]).map(|i| size[i]);

@@ -131,7 +131,11 @@ impl Writer for Series<'_> {
         let (series, paths) = match &mut self.open {
             Some(open) => open,
             none => none.insert((
-                SeriesWriter::create(&self.files.series(), &self.setup.walls)?,
+                SeriesWriter::create(
+                    &self.files.series(),
+                    &self.setup.walls,
+                    &self.setup.prescribed_sections(),
+                )?,
                 ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
             )),
         };

@@ -27,7 +27,7 @@ const LARGEST: Limit =
 /// text says where the engines part, and reasons that are known beforehand.
 ///
 /// # Errors
-/// [`Error::Input`] if the case has other bodies than spheres, or is too long to record; those of the set-up of LIGGGHTS, and of
+/// [`Error::Input`] if the case has other bodies than free spheres, or is too long to record; those of the set-up of LIGGGHTS, and of
 /// the run that records loads. An engine that fails on the way is a check that fails.
 pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result<(Findings, String)> {
     if let Some(other) = setup.templates.iter().find(|template| template.shape.as_sphere().is_none()) {
@@ -35,6 +35,11 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
             "the case has particles that are a {}, but the cross-check is of spheres: LIGGGHTS has no others; \
              --set particles.0.shape.sphere.diameter=... makes spheres of the first kind",
             other.shape.kind()
+        )));
+    }
+    if let Some(section) = setup.prescribed_sections().first() {
+        return Err(Error::Input(format!(
+            "`particles.{section}.motion` prescribes motion, but the cross-check is of free particles: LIGGGHTS is given no others"
         )));
     }
     let steps = steps(setup, time)?;

@@ -109,6 +109,7 @@ impl System {
             walls: self.walls.clone(),
             gravity: self.gravity,
             substeps: self.substeps,
+            ..NativeParams::default()
         };
         let whole = Decomposition::solo(self.domain);
         Ok(Box::new(Native::new(params, whole, 0, self.templates.clone(), &self.particles)?))

@@ -6,7 +6,7 @@ use std::path::Path;
 use turbid::case::located::Located;
 use turbid::case::nearest;
 use turbid::error::Result;
-use turbid::output::series::is_of_a_wall;
+use turbid::output::series::is_of_a_body;
 
 impl Study {
     /// Refuses duplicate names, impossible windows, and unknown quantities.
@@ -75,7 +75,7 @@ impl Study {
         let own: Vec<String> = derived.chain(self.window_quantities()).collect();
         let of_runs = record::names(self.file.bench.is_some());
         let known: Vec<&str> = own.iter().map(String::as_str).chain(of_runs).collect();
-        if known.contains(&name) || name.starts_with(record::SHARE) || is_of_a_wall(name) {
+        if known.contains(&name) || name.starts_with(record::SHARE) || is_of_a_body(name) {
             return Ok(());
         }
         let remedy = match nearest(name, &known) {

@@ -18,7 +18,7 @@ const UNTIL: f64 = 2.0;
 fn pair(context: &SuiteContext) -> Result<Findings> {
     let setup = context.setup(TEXT, CASE.name, &[])?;
     let (dt, diameter) = (setup.time_step, setup.diameter);
-    let watch = Watch { context, setup: &setup, threads: context.threads, every: 1, fixed: false };
+    let watch = Watch { context, setup: &setup, threads: context.threads, every: 1 };
     let rows: Vec<(u64, u64, Vec3, Vec3)> = watch.rows(|run, rows| {
         let mut low = [f64::NEG_INFINITY];
         for sphere in run.particles() {

@@ -33,8 +33,7 @@ fn settle(context: &SuiteContext, balance: &str) -> Result<Findings> {
         format!("run.average_from.stokes_times={FROM:?}"),
     ];
     let setup = context.setup(TEXT, CASE.name, &own)?;
-    let watch =
-        Watch { context, setup: &setup, threads: context.threads, every: 2 * CONTROL_INTERVAL, fixed: false };
+    let watch = Watch { context, setup: &setup, threads: context.threads, every: 2 * CONTROL_INTERVAL };
     // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
     let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
         let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();

@@ -52,7 +52,7 @@ fn arrangement(context: &SuiteContext, volume_fraction: f64, seed: u32, expected
     let unit = count * 3.0 * PI * viscosity * diameter;
     let time_constant = (1.0 - phi) * volume / (unit * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;
-    let watch = Watch { context, setup: &setup, threads: 1, every: interval, fixed: true };
+    let watch = Watch { context, setup: &setup, threads: 1, every: interval };
     let course: Vec<f64> = watch.rows(|run, rows| {
         let before = rows.last().copied().unwrap_or(0.0);
         let velocity = run.mean_flow().velocity.z;

@@ -33,7 +33,7 @@ fn suspensions(context: &SuiteContext) -> Result<Findings> {
             wall.expect("the case has plates")
         });
         let (size, rate) = (setup.domain.size(), shear_rate(&setup));
-        let watch = Watch { context, setup: &setup, threads: context.threads, every: EVERY, fixed: false };
+        let watch = Watch { context, setup: &setup, threads: context.threads, every: EVERY };
         // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
         let series: Vec<[f64; 2]> = watch.rows(|run, rows| {
             let loads = run.wall_loads();

@@ -2,9 +2,7 @@
 
 use super::prelude::*;
 use std::f64::consts::PI;
-use turbid::comm::Comm;
 use turbid::coupling::Method;
-use turbid::domain::Decomposition;
 
 const TEXT: &str = include_str!("../../../../validation/sphere_array/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/sphere_array/reference.csv");
@@ -77,8 +75,7 @@ fn drag(
     let time_constant = length.powi(3) / (6.0 * PI * viscosity * radius * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;
 
-    let whole = Decomposition::solo(setup.domain);
-    let mut run = Simulation::with_prescribed_motion(&setup, &whole, Comm::Solo)?;
+    let mut run = Simulation::solo(&setup)?;
     let mut velocity = 0.0;
     loop {
         run.advance(interval)?;

@@ -240,7 +240,7 @@ fn watched(
     let text = include_str!("../../../../validation/settling_tank/case.toml");
     let own = ["lattice.cells_per_diameter=4", "run.end={ steps = 40 }"].map(String::from);
     let setup = context.setup(text, "tank", &own)?;
-    let watch = Watch { context, setup: &setup, threads, every: 1, fixed: false };
+    let watch = Watch { context, setup: &setup, threads, every: 1 };
     let mut rows = watch.rows(|run, rows| {
         looks.fetch_add(1, Ordering::Relaxed);
         look(run.steps_done());

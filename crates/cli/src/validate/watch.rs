@@ -37,8 +37,6 @@ pub(super) struct Watch<'a> {
     pub(super) threads: usize,
     /// Steps between two looks.
     pub(super) every: u64,
-    /// Whether the particles are fixed.
-    pub(super) fixed: bool,
 }
 
 impl Watch<'_> {
@@ -90,8 +88,7 @@ impl Watch<'_> {
         let ranks = Decomposition::max_ranks(self.setup.domain, self.threads.max(1));
         let decomposition = Decomposition::new(self.setup.domain, ranks).expect("at most the largest number");
         let all = try_on_threads(ranks, |comm| {
-            let start = if self.fixed { Simulation::with_prescribed_motion } else { Simulation::new };
-            let mut run = start(self.setup, &decomposition, comm)?;
+            let mut run = Simulation::new(self.setup, &decomposition, comm)?;
             let mut checkpointer = Checkpointer::new(self, checkpoints);
             let mut rows = checkpointer.restore(&mut run)?;
             while run.steps_done() < self.setup.plan.end_step {
@@ -117,7 +114,7 @@ pub(super) fn sphere_course(
     until: f64,
 ) -> Result<Vec<[f64; 4]>> {
     let (start, diameter) = (setup.particles[0].position(), setup.diameter);
-    let watch = Watch { context, setup, threads, every: 1, fixed: false };
+    let watch = Watch { context, setup, threads, every: 1 };
     let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
         // The rank that owns the sphere, which may change on the way down.
         let mut low = [f64::NEG_INFINITY];

@@ -10,7 +10,10 @@
 //!
 //! The first equals gravity `g / (1 - phi)`. A proportional controller adds `-k <u>`, `k = max(u_Stokes / D, nu / D^2)`,
 //! which removes the volume flux `<u>` of the mixture, in each direction on its own. A direction with walls at both ends
-//! needs neither.
+//! needs neither. Where the motion of bodies is prescribed their force on the fluid is not known beforehand, and `-k <u>`
+//! would leave a flux of that force over `k`: there the controller is as fast as its sampling allows, `k = 1 / (32 dt)`,
+//! and has an integral part `-(k^2 / 4) int <u> dt`, critically damped. Such bodies have no part in `W` in the directions
+//! in which they are not free: what moves them bears their weight.
 //!
 //! Reference: Marquardt et al. (2024), section 4, and the force balance of its published driver.
 
@@ -41,7 +44,7 @@ pub struct DrivingParams {
     pub volume: f64,
     /// Directions in which the weight is balanced and the net flux may be controlled.
     pub periodic: [bool; 3],
-    /// Submerged weight of all particles (N).
+    /// Submerged weight of all particles in the directions in which forces move them (N).
     pub submerged_weight: Vec3,
     /// Volume of all particles (m^3).
     pub particle_volume: f64,
@@ -49,6 +52,9 @@ pub struct DrivingParams {
     pub balance: ForceBalance,
     /// Rate of the controller of the net flux in each direction (1/s), 0 for none.
     pub control_rate: Vec3,
+    /// Directions in which the motion of bodies is prescribed: the controller, where it is on, is stiff there and has an
+    /// integral part.
+    pub prescribed: [bool; 3],
     /// Further uniform acceleration of the fluid (m/s^2).
     pub body_acceleration: Vec3,
 }
@@ -73,6 +79,9 @@ pub struct ControlRecord {
     sum: Vec3,
     /// Largest magnitude in a step (m/s^2).
     pub largest: f64,
+    /// Integral of the mean velocity over time (m), in the directions in which the controller needs it.
+    #[serde(default)]
+    integral: Vec3,
 }
 
 impl ControlRecord {
@@ -97,8 +106,11 @@ impl Driving {
     pub fn new(params: DrivingParams) -> Self {
         // A sampled controller must stay well below its stability limit of 2 per interval.
         let limit = 0.25 / (CONTROL_INTERVAL as f64 * params.units.dt);
-        let params =
-            DrivingParams { control_rate: params.control_rate.map(|rate| rate.min(limit)), ..params };
+        let control_rate = Vec3::from_fn(|axis, _| {
+            let rate = params.control_rate[axis];
+            if params.prescribed[axis] && rate > 0.0 { limit } else { rate.min(limit) }
+        });
+        let params = DrivingParams { control_rate, ..params };
         let solid_fraction = params.particle_volume / params.volume;
         let mean = MeanFlow { solid_fraction, ..MeanFlow::default() };
         Self { params, mean, record: ControlRecord::default() }
@@ -106,6 +118,9 @@ impl Driving {
 
     /// Acceleration of the fluid (m/s^2) in the coming step, which is recorded.
     pub fn step(&mut self) -> Vec3 {
+        for axis in (0..3).filter(|&axis| self.params.prescribed[axis]) {
+            self.record.integral[axis] += self.mean.velocity[axis] * self.params.units.dt;
+        }
         let control = self.control();
         self.record.sum += control;
         self.record.largest = self.record.largest.max(control.norm());
@@ -116,7 +131,12 @@ impl Driving {
     fn control(&self) -> Vec3 {
         let p = &self.params;
         let rate = Vec3::from_fn(|a, _| if p.periodic[a] { p.control_rate[a] } else { 0.0 });
-        -rate.component_mul(&self.mean.velocity)
+        let proportional = -rate.component_mul(&self.mean.velocity);
+        let integral = &self.record.integral;
+        Vec3::from_fn(|a, _| {
+            let more = if p.prescribed[a] { 0.25 * rate[a] * rate[a] * integral[a] } else { 0.0 };
+            proportional[a] - more
+        })
     }
 
     /// Acceleration of the fluid (m/s^2).
@@ -145,6 +165,7 @@ mod tests {
             particle_volume: 0.25e-6,
             balance,
             control_rate: Vec3::repeat(50.0),
+            prescribed: [false; 3],
             body_acceleration: Vec3::zeros(),
         }
     }
@@ -191,6 +212,28 @@ mod tests {
         let record = driving.record;
         assert!((record.largest - 10.0).abs() < 1e-12);
         assert!((record.mean(4) - Vec3::new(0.0, 0.0, 1.25)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn no_constant_force_leaves_a_flux_where_motion_is_prescribed() {
+        let run = |prescribed: bool| {
+            let mut driving = Driving::new(DrivingParams {
+                prescribed: [prescribed, false, false],
+                submerged_weight: Vec3::zeros(),
+                ..params(ForceBalance::Mixture)
+            });
+            let (force, mut velocity) = (Vec3::new(3.0, 3.0, 0.0), Vec3::zeros());
+            for step in 0..20_000_u64 {
+                if step.is_multiple_of(CONTROL_INTERVAL) {
+                    driving.mean.velocity = velocity;
+                }
+                velocity += (driving.step() + force) * driving.params.units.dt;
+            }
+            velocity
+        };
+        let (with, without) = (run(true), run(false));
+        assert!(with.x.abs() < 1e-12, "{with}");
+        assert!((without.x - 3.0 / 50.0).abs() < 1e-5 && (with.y - without.y).abs() < 1e-12, "{without}");
     }
 
     #[test]

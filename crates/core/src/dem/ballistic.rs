@@ -1,4 +1,4 @@
-//! The shortest engine: particles keep their velocity (or stay fixed), whatever the loads. For fixed arrays and for
+//! The shortest engine: particles keep their velocity (or stay fixed), whatever the loads. For
 //! tests of the coupling.
 
 use super::assign::GhostLayer;

@@ -20,7 +20,7 @@ mod tests;
 
 use super::Load;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
-use crate::particle::{Particle, Template};
+use crate::particle::{Particle, PrescribedMotion, Template};
 
 /// Mass and principal moments of a template.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -98,6 +98,41 @@ pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &L
     particle.angular_momentum = predicted.into();
     particle.angular_velocity = inertia.angular_velocity(&next, predicted).into();
     particle.contact_torque = contact.torque.into();
+}
+
+/// Replaces what forces have done to a particle in a [`step`] between two times (s), the same but for its contact force as
+/// `before`, by what is prescribed.
+pub fn prescribe(
+    particle: &mut Particle,
+    before: &Particle,
+    inertia: &Inertia,
+    motion: &PrescribedMotion,
+    [from, to]: [f64; 2],
+) {
+    let way = motion.velocity.integral(from, to);
+    for axis in (0..3).filter(|&axis| !motion.free[axis]) {
+        particle.position[axis] = before.position[axis] + way[axis];
+    }
+    if !motion.free_rotation {
+        let (angle, orientation) = (motion.angular_velocity.integral(from, to), before.orientation());
+        // A body at rest keeps every bit.
+        let still = angle == Vec3::zeros();
+        particle.set_orientation(&if still { orientation } else { turned(&orientation, angle, 1.0) });
+    }
+    set_prescribed(particle, inertia, motion, to);
+}
+
+/// Sets the prescribed velocities of a particle to those at a time (s).
+pub fn set_prescribed(particle: &mut Particle, inertia: &Inertia, motion: &PrescribedMotion, time: f64) {
+    let velocity = motion.velocity.at(time);
+    for axis in (0..3).filter(|&axis| !motion.free[axis]) {
+        particle.velocity[axis] = velocity[axis];
+    }
+    if !motion.free_rotation {
+        let spin = motion.angular_velocity.at(time);
+        particle.angular_velocity = spin.into();
+        particle.angular_momentum = inertia.angular_momentum(&particle.orientation(), spin).into();
+    }
 }
 
 /// Makes the first [`step`] a good one: with the contacts of the step before unknown, those of this step stand for

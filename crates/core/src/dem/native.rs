@@ -30,6 +30,8 @@ mod forces;
 #[cfg(test)]
 mod mixed_tests;
 #[cfg(test)]
+mod motion_tests;
+#[cfg(test)]
 mod saved_tests;
 #[cfg(test)]
 mod tests;
@@ -47,7 +49,7 @@ use crate::contact::{ContactModel, DampingLaw, GrownShape, NeighbourList, PairFi
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::particle::{Particle, ParticleStore, Template};
+use crate::particle::{Particle, ParticleStore, PrescribedMotion, Template};
 use crate::shape::Shape;
 use crate::wall::Wall;
 use context::{ContactContext, IdOrder, TemplateConstants};
@@ -66,6 +68,10 @@ pub struct NativeParams {
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](DemEngine::advance), at least one.
     pub substeps: u32,
+    /// Motion of the bodies of each template; empty if all are free. Two bodies whose whole motion is prescribed exert no
+    /// contact force on each other, nor does such a body on a wall; in other contacts a body whose centre forces do
+    /// not move is infinitely heavy.
+    pub motions: Vec<PrescribedMotion>,
 }
 
 impl NativeParams {
@@ -86,7 +92,8 @@ pub struct Native {
 impl Native {
     /// The particles of `all` that `rank` has, owned or as ghosts; `all` and the rest are the same on every rank.
     ///
-    /// A particle with an angular velocity but no angular momentum gets the one that belongs to it.
+    /// A particle with an angular velocity but no angular momentum gets the one that belongs to it, and one whose motion is
+    /// prescribed the velocities at time 0.
     ///
     /// # Errors
     /// [`Error::Input`] if the box is so small that two particles could touch through two periodic images at once.
@@ -99,14 +106,15 @@ impl Native {
     ) -> Result<Self> {
         assert!(params.substeps > 0);
         let model = params.contact.clone().unwrap_or_default();
-        let constants: Vec<TemplateConstants> = (templates.iter())
-            .map(|template| TemplateConstants {
+        let constants: Vec<TemplateConstants> = (templates.iter().enumerate())
+            .map(|(index, template)| TemplateConstants {
                 shape: GrownShape::new(template.shape.clone(), model.enlargement),
                 bound: model.reach(&template.shape),
                 inertia: Inertia::of(template),
                 radius: 0.5 * template.shape.equivalent_diameter() + model.enlargement,
                 thickness: template.shape.thickness(),
                 film_radius: template.shape.as_sphere(),
+                motion: params.motions.get(index).cloned().unwrap_or_default(),
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
@@ -116,8 +124,9 @@ impl Native {
         let near = GhostLayer::new(decomposition, rank, &bounds);
         let spun = all.iter().map(|particle| {
             let mut particle = *particle;
+            let TemplateConstants { inertia, motion, .. } = &constants[particle.template as usize];
+            integrator::set_prescribed(&mut particle, inertia, motion, 0.0);
             if Vec3::from(particle.angular_momentum) == Vec3::zeros() {
-                let inertia = &constants[particle.template as usize].inertia;
                 let velocity = particle.angular_velocity();
                 particle.angular_momentum =
                     inertia.angular_momentum(&particle.orientation(), velocity).into();
@@ -204,10 +213,11 @@ impl Native {
     fn integrate(&mut self, dt: f64) -> Result<()> {
         let ContactContext { params, templates, near, local, substep, .. } = &mut self.context;
         let (domain, substep) = (near.decomposition().domain, *substep);
+        let times = [substep, substep + 1].map(|n| n as f64 * dt);
         let mut failure = Ok(());
         for (i, particle) in local.store.particles[..local.store.owned].iter_mut().enumerate() {
             let contact = &self.forces.totals[i];
-            let inertia = &templates[particle.template as usize].inertia;
+            let TemplateConstants { inertia, motion, .. } = &templates[particle.template as usize];
             let mut load = local.loads[i];
             load.force += params.gravity * inertia.mass;
             let before = *particle;
@@ -215,6 +225,9 @@ impl Native {
                 integrator::start(particle, contact);
             }
             integrator::step(particle, inertia, &load, contact, dt);
+            if !motion.is_free() {
+                integrator::prescribe(particle, &before, inertia, motion, times);
+            }
             let moved = (particle.position() - before.position()).amax();
             let lost = if particle.is_finite() && moved <= domain.dx {
                 particle.position = domain.wrap(particle.position()).into();

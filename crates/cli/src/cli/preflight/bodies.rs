@@ -20,8 +20,14 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
         let cells = setup.fluid.as_ref().map_or_else(String::new, |_| {
             format!(", {:.2} cells thick", shape.thickness() / setup.domain.dx)
         });
+        let speed = setup.motions[index].largest_speed(shape.circumradius());
+        let motion = match &setup.motions[index] {
+            motion if motion.is_free() => String::new(),
+            motion if motion.is_complete() && speed == 0.0 => ", fixed".to_string(),
+            _ => format!(", motion prescribed: surface up to {speed:.4e} m/s"),
+        };
         let remark = format!(
-            "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{cells}",
+            "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{cells}{motion}",
             shape.volume()
         );
         row("shape", shape.kind().to_string(), remark)

@@ -51,8 +51,13 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     rows.push(if axes.is_empty() {
         row("zero_net_flux", "off", "the mean volume flux is free")
     } else {
+        let stiff = if setup.prescribed_sections().is_empty() {
+            ""
+        } else {
+            ", or faster and with an integral part where motion is prescribed"
+        };
         let remark = format!(
-            "a controller removes the mean volume flux along these, at a rate of {:.3e} 1/s",
+            "a controller removes the mean volume flux along these, at a rate of {:.3e} 1/s{stiff}",
             fluid.control_rate
         );
         row("zero_net_flux", axes.join(", "), remark)

@@ -43,9 +43,15 @@ const GROUPS: [(&str, &str, &str, Endings); 11] = [
 /// The figure whose vertical axis is logarithmic.
 const LOGARITHMIC: &str = "kinetic_energy";
 
-/// Vectors of each wall: the beginning of the names of their columns, and a title.
-const OF_WALLS: [(&str, &str); 2] =
-    [("fluid_force", "Force of the fluid on wall"), ("shear_stress", "Shear stress on wall")];
+/// Vectors of each wall and of each kind of bodies with prescribed motion: the beginning of the names of their columns, and a title.
+const OF_BODIES: [(&str, &str); 6] = [
+    ("fluid_force", "Force of the fluid on wall"),
+    ("shear_stress", "Shear stress on wall"),
+    ("hydrodynamic_force", "Force of the fluid on"),
+    ("hydrodynamic_torque", "Torque of the fluid on"),
+    ("contact_force", "Contact force on"),
+    ("contact_torque", "Contact torque on"),
+];
 
 type Columns<'a> = Vec<(&'a SeriesColumn, &'a str)>;
 
@@ -61,13 +67,13 @@ pub(super) fn all(section: &mut Section, series: &SeriesTable, summary: Option<&
     let mut groups: Vec<(String, String, Columns)> = (GROUPS.iter())
         .map(|&(name, title, beginning, endings)| (name.into(), title.into(), columns(beginning, endings)))
         .collect();
-    for (what, title) in OF_WALLS {
+    for (what, title) in OF_BODIES {
         for column in &series.columns {
-            let wall = column.name.strip_prefix(what).and_then(|rest| rest.strip_prefix('_'));
-            if let Some(wall) = wall.and_then(|rest| rest.strip_suffix("_x")) {
-                let name = format!("{what}_{wall}");
+            let body = column.name.strip_prefix(what).and_then(|rest| rest.strip_prefix('_'));
+            if let Some(body) = body.and_then(|rest| rest.strip_suffix("_x")) {
+                let name = format!("{what}_{body}");
                 let columns = columns(&name, VECTOR);
-                groups.push((name, format!("{title} {wall}"), columns));
+                groups.push((name, format!("{title} {body}"), columns));
             }
         }
     }

@@ -15,7 +15,7 @@ use crate::dem::integrator::Inertia;
 use crate::dem::{ContactState, Load};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
-use crate::particle::{Particle, ParticleStore};
+use crate::particle::{Particle, ParticleStore, PrescribedMotion};
 
 /// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
 /// sub-step to sub-step.
@@ -74,6 +74,19 @@ pub(super) struct TemplateConstants {
     pub(super) thickness: f64,
     /// The radius (m), if the body is a sphere.
     pub(super) film_radius: Option<f64>,
+    /// What is prescribed of its motion.
+    pub(super) motion: PrescribedMotion,
+}
+
+/// Masses (kg) of the two bodies of a contact: infinite, and second, where forces do not move the centre of one of them.
+fn masses(bodies: [&TemplateConstants; 2]) -> [f64; 2] {
+    let [a, b] = bodies.map(|body| body.inertia.mass);
+    match bodies.map(|body| body.motion.holds_centre()) {
+        [true, false] => [b, f64::INFINITY],
+        [false, true] => [a, f64::INFINITY],
+        // Between two of them only a rotation can be free.
+        _ => [a, b],
+    }
 }
 
 /// Everything that contacts depend on.
@@ -113,7 +126,8 @@ impl ContactContext {
     /// velocity of half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
     fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> Vec3 {
         let particle = &self.local.store.particles[index];
-        let past = self.past.get(index).filter(|_| self.substep > 0);
+        let moved_by_forces = self.substep > 0 && self.constants(particle).motion.is_free();
+        let past = self.past.get(index).filter(|_| moved_by_forces);
         let (velocity, spin) = match (law.damping, past) {
             (DampingLaw::HuntCrossley, _) | (DampingLaw::Tsuji, None) => {
                 (particle.velocity(), particle.angular_velocity())
@@ -162,7 +176,10 @@ impl ContactContext {
             let hint = &mut neighbour.hint;
             let film = self.between(model, [i, j], offset, (rates, dt));
             let (ids, touched) = ([a.id, b.id], [Some(i), Some(j)]);
-            let Some(overlap) = overlap_again(model.geometry, bodies, turns, offset, hint) else {
+            let [first, second] = [a, b].map(|p| self.constants(p));
+            let held = first.motion.is_complete() && second.motion.is_complete();
+            let overlap = overlap_again(model.geometry, bodies, turns, offset, hint).filter(|_| !held);
+            let Some(overlap) = overlap else {
                 if let Some(Acting { action, normal, lever }) = film {
                     let point = domain.wrap(a.position() + lever);
                     forces.add(&PairEntry::apart(ids, touched, point, normal).with(&action), near, store);
@@ -171,7 +188,6 @@ impl ContactContext {
             };
             let levers = [overlap.point, overlap.point - offset];
             let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
-            let [first, second] = [a, b].map(|p| self.constants(p));
             let input = ContactInput {
                 ids,
                 indices: touched,
@@ -180,7 +196,7 @@ impl ContactContext {
                 offset,
                 properties: PairProperties {
                     radii: [first.radius, second.radius],
-                    masses: [first.inertia.mass, second.inertia.mass],
+                    masses: masses([first, second]),
                 },
                 velocity: self.velocity(i, &levers[0], law, dt) - self.velocity(j, &levers[1], law, dt),
                 point: domain.wrap(a.position() + overlap.point),
@@ -228,9 +244,9 @@ impl ContactContext {
                 }
                 let (ids, touched) = ([particle.id, ContactState::of_wall(index)], [Some(i), None]);
                 let film = self.at_wall(model, i, (wall, surface, time), (rates, dt));
-                let Some(overlap) =
-                    overlap_wall(model.geometry, &self.body(particle), &surface.seen_from(centre))
-                else {
+                let overlap = overlap_wall(model.geometry, &self.body(particle), &surface.seen_from(centre))
+                    .filter(|_| !constants.motion.is_complete());
+                let Some(overlap) = overlap else {
                     if let Some(Acting { action, normal, lever }) = film {
                         let point = domain.wrap(centre + lever);
                         forces.add(&PairEntry::apart(ids, touched, point, normal).with(&action), near, store);

@@ -6,6 +6,7 @@ use super::*;
 use crate::comm::on_threads;
 use crate::contact::Lubrication;
 use crate::contact::lubrication::Unresolved;
+use crate::particle::{PrescribedMotion, TimeFunction};
 use crate::shape::Sphere;
 use crate::wall::Motion;
 use rand::{Rng, SeedableRng};
@@ -188,5 +189,45 @@ fn a_lubricated_cluster_moves_to_the_same_bits_on_1_to_8_ranks() {
     assert!(numbers[0] > 30 && numbers[1] > 10, "films and contacts: {numbers:?}");
     for ranks in [2, 3, 4, 8] {
         assert!(shaken(ranks) == (alone.clone(), numbers), "{ranks} ranks differ");
+    }
+}
+
+#[test]
+fn two_spheres_that_are_driven_together_feel_the_film_of_their_velocity_and_one_that_is_held_takes_all_of_the_other()
+ {
+    let speed = Vec3::new(1e-3, 0.0, 0.0);
+    let driven = |velocity: Vec3| PrescribedMotion {
+        velocity: TimeFunction::Constant(velocity),
+        ..PrescribedMotion::fixed()
+    };
+    // At a gap of 1e-4 m.
+    let resistance = 6.0 * PI * VISCOSITY * 0.25 * RADIUS * RADIUS / 1e-4 * (1.0 - 1e-4);
+    for (motions, velocity) in [
+        (vec![driven(speed), driven(-speed)], 2.0 * speed.x),
+        (vec![driven(speed), PrescribedMotion::fixed()], speed.x),
+        (vec![driven(speed), PrescribedMotion::default()], speed.x),
+    ] {
+        let templates: Arc<[Template]> = [spheres()[0].clone(), spheres()[0].clone()].into();
+        let free = motions[1].is_free();
+        let contact = Some(lubricated(FILM));
+        let params = NativeParams { contact, substeps: 1, motions, ..NativeParams::default() };
+        let [a, mut b] = pair(1e-4);
+        b.template = 1;
+        let cut = Decomposition::new(TANK, 1).unwrap();
+        let mut engine = Native::new(params, cut, 0, templates, &[a, b]).unwrap();
+        // Long against the time in which the film stops the other sphere.
+        run(&mut engine, if free { 20 } else { 1 }, 1e-3);
+        let [first, second] = [0, 1].map(|i| engine.particles().particles[i]);
+        if free {
+            assert!((second.velocity[0] / speed.x - 1.0).abs() < 1e-2, "{:?}", second.velocity);
+        } else {
+            let force = first.contact_force[0];
+            assert!(
+                (force / (-resistance * velocity) - 1.0).abs() < 1e-3,
+                "{force} {}",
+                -resistance * velocity
+            );
+            assert_eq!(second.contact_force[0], -force);
+        }
     }
 }

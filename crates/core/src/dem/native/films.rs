@@ -1,6 +1,6 @@
 //! Films of fluid in narrow gaps, between particles and at walls.
 
-use super::context::{ContactContext, IdOrder};
+use super::context::{ContactContext, IdOrder, TemplateConstants};
 use crate::comm::Comm;
 use crate::contact::ContactModel;
 use crate::contact::law::Action;
@@ -30,8 +30,11 @@ pub(super) struct Acting {
 
 impl ContactContext {
     fn mobility(&self, particle: &Particle) -> Mobility {
-        let inertia = &self.constants(particle).inertia;
-        Mobility { mass: 1.0 / inertia.mass, moment: 1.0 / inertia.moments.x }
+        let TemplateConstants { inertia, motion, .. } = self.constants(particle);
+        Mobility {
+            mass: if motion.holds_centre() { 0.0 } else { 1.0 / inertia.mass },
+            moment: if motion.free_rotation { 1.0 / inertia.moments.x } else { 0.0 },
+        }
     }
 
     /// The film between two particles, `offset` (m) from the first to the second.
@@ -126,11 +129,13 @@ impl ContactContext {
     /// sub-step of `dt` (s). The particle has those of a prediction with all forces, see [`integrator`](crate::dem::integrator).
     fn side(&self, index: usize, rates: &[Rates], dt: f64) -> Side {
         let particle = &self.local.store.particles[index];
-        let inertia = &self.constants(particle).inertia;
+        let TemplateConstants { inertia, motion, .. } = self.constants(particle);
         let past = self.past.get(index).filter(|_| self.substep > 0).copied().unwrap_or_default();
         let half = 0.5 * dt;
         let force = past.force + self.params.gravity * inertia.mass - Vec3::from(particle.contact_force);
+        let force = Vec3::from_fn(|axis, _| if motion.free[axis] { force[axis] } else { 0.0 });
         let torque = past.torque - Vec3::from(particle.contact_torque);
+        let torque = if motion.free_rotation { torque } else { Vec3::zeros() };
         let momentum = Vec3::from(particle.angular_momentum) + torque * half;
         Side {
             velocity: particle.velocity() + force * (half / inertia.mass),

@@ -50,6 +50,7 @@ pub(super) fn params() -> NativeParams {
         // Strong, so that they soon slide along the walls.
         gravity: Vec3::new(0.0, 100.0, -500.0),
         substeps: 2,
+        ..NativeParams::default()
     }
 }
 

@@ -60,7 +60,8 @@ pub(super) fn alone(
     templates: Arc<[Template]>,
     all: &[Particle],
 ) -> Native {
-    let params = NativeParams { contact: Some(contact), walls, gravity, substeps: 1 };
+    let params =
+        NativeParams { contact: Some(contact), walls, gravity, substeps: 1, ..NativeParams::default() };
     let cut = Decomposition::new(domain, 1).unwrap();
     Native::new(params, cut, 0, templates, all).unwrap()
 }
@@ -324,7 +325,7 @@ fn what_gets_behind_a_wall_or_out_of_the_box_is_named_with_the_wall() {
         (fast, model(), vec![], "leaves the domain through its face z+, where there is no wall"),
         (fast, None, vec![plane("z+", Vec3::z() * 12e-3, -Vec3::z())], "through its wall `z+`"),
     ] {
-        let params = NativeParams { contact, walls, gravity: Vec3::zeros(), substeps: 1 };
+        let params = NativeParams { contact, walls, substeps: 1, ..NativeParams::default() };
         let cut = Decomposition::new(TANK, 1).unwrap();
         let mut engine = Native::new(params, cut, 0, spheres(), &[particle]).unwrap();
         let error = engine.advance(&Comm::Solo, &[Load::default()], 1e-6).unwrap_err();

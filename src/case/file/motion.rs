@@ -1,0 +1,90 @@
+//! Prescribed motion of particles as the user writes it.
+
+use crate::case::schema::positive;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Motion of particles.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum MotionSection {
+    /// Of all degrees of freedom.
+    Named(NamedMotion),
+    /// By velocities.
+    Prescribed(PrescribedSection),
+}
+
+/// Motion of all degrees of freedom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum NamedMotion {
+    /// Follows from forces and torques.
+    Free,
+    /// None: position and orientation stay as they are.
+    Fixed,
+}
+
+/// Prescribed velocities; what is not prescribed and not `free` is zero.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PrescribedSection {
+    /// Velocity of the centre of mass (m/s): `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
+    /// `{ table = [[t, x, y, z], ...] }`. Default `[0, 0, 0]`.
+    pub velocity: Option<VelocitySection>,
+    /// Angular velocity (1/s), in the axes of the box, with the forms of `velocity`. Default `[0, 0, 0]`.
+    pub angular_velocity: Option<VelocitySection>,
+    /// Degrees of freedom that follow from forces and torques all the same: "x", "y", "z", "rotation". Default `[]`.
+    #[serde(default)]
+    pub free: Vec<Freedom>,
+}
+
+/// A velocity (m/s) or angular velocity (1/s) over time.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum VelocitySection {
+    /// Constant: `[x, y, z]`.
+    Constant([f64; 3]),
+    /// Variable.
+    Variable(VariableVelocity),
+}
+
+/// A velocity (m/s) or angular velocity (1/s) that changes with time.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VariableVelocity {
+    /// `mean + amplitude sin(2 pi frequency t + phase)`.
+    Oscillation(OscillationSection),
+    /// Rows `[t, x, y, z]`, times (s) ascending; linear between them, constant before the first and after the last.
+    Table(Vec<[f64; 4]>),
+}
+
+/// A harmonic oscillation.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OscillationSection {
+    /// Amplitude of the velocity (m/s) or angular velocity (1/s): that of the position is this over `2 pi frequency`.
+    pub amplitude: [f64; 3],
+    /// Frequency (Hz), at most 0.1 over the time step.
+    #[schemars(transform = positive)]
+    pub frequency: f64,
+    /// Phase at time 0 (degrees); 90 begins at the amplitude. Default 0.
+    #[serde(default)]
+    pub phase: f64,
+    /// Mean over a period (m/s or 1/s). Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub mean: [f64; 3],
+}
+
+/// A degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Freedom {
+    /// Motion of the centre of mass along x.
+    X,
+    /// Along y.
+    Y,
+    /// Along z.
+    Z,
+    /// Rotation about all axes.
+    Rotation,
+}

@@ -1,0 +1,182 @@
+//! Prescribed motion of the particles of each section.
+
+use super::checks::Document;
+use super::file::{
+    Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, VariableVelocity, VelocitySection,
+};
+use crate::error::Result;
+use crate::math::Vec3;
+use crate::particle::{PrescribedMotion, TimeFunction};
+
+/// Least number of time steps in a period of an oscillation.
+const STEPS_PER_PERIOD: f64 = 10.0;
+
+/// The motion of each `[[particles]]` section, in time steps of this length (s).
+pub(super) fn motions(document: &Document, time_step: f64) -> Result<Vec<PrescribedMotion>> {
+    let sections = document.case.particles.iter().enumerate();
+    sections
+        .map(|(index, section)| {
+            let key = format!("particles.{index}");
+            let motion = match &section.motion {
+                None | Some(MotionSection::Named(NamedMotion::Free)) => {
+                    return Ok(PrescribedMotion::default());
+                }
+                Some(MotionSection::Named(NamedMotion::Fixed)) => PrescribedMotion::fixed(),
+                Some(MotionSection::Prescribed(given)) => {
+                    prescribed(document, &format!("{key}.motion"), given, time_step)?
+                }
+            };
+            for (n, entry) in section.list.iter().flatten().enumerate() {
+                refuse_velocities(document, &format!("{key}.list.{n}"), entry, &motion)?;
+            }
+            Ok(motion)
+        })
+        .collect()
+}
+
+fn prescribed(
+    document: &Document,
+    key: &str,
+    given: &PrescribedSection,
+    time_step: f64,
+) -> Result<PrescribedMotion> {
+    let function = |name: &str, velocity: &Option<VelocitySection>| match velocity {
+        None => Ok(TimeFunction::default()),
+        Some(velocity) => time_function(document, &format!("{key}.{name}"), velocity, time_step),
+    };
+    let is_free = |freedom: Freedom| given.free.contains(&freedom);
+    let motion = PrescribedMotion {
+        velocity: function("velocity", &given.velocity)?,
+        angular_velocity: function("angular_velocity", &given.angular_velocity)?,
+        free: [Freedom::X, Freedom::Y, Freedom::Z].map(is_free),
+        free_rotation: is_free(Freedom::Rotation),
+    };
+    let largest = motion.velocity.largest();
+    let both = (0..3).find(|&axis| motion.free[axis] && largest[axis] > 0.0);
+    let both = match both {
+        Some(axis) => Some(("velocity", ["x", "y", "z"][axis])),
+        None => (motion.free_rotation && given.angular_velocity.is_some())
+            .then_some(("angular_velocity", "rotation")),
+    };
+    let Some((name, free)) = both else {
+        return Ok(motion);
+    };
+    let (velocity, freedom) = (format!("{key}.{name}"), format!("{key}.free"));
+    Err(document.error_at(
+        &[(&velocity, "prescribed"), (&freedom, "free")],
+        &format!("`{velocity}` prescribes what `{freedom}` leaves free: \"{free}\""),
+        "a free direction begins with the velocity in `list` or `file`: set it to 0 here, or take it off `free`",
+    ))
+}
+
+fn time_function(
+    document: &Document,
+    key: &str,
+    velocity: &VelocitySection,
+    time_step: f64,
+) -> Result<TimeFunction> {
+    match velocity {
+        VelocitySection::Constant(value) => Ok(TimeFunction::Constant((*value).into())),
+        VelocitySection::Variable(VariableVelocity::Oscillation(given)) => {
+            let most = 1.0 / (STEPS_PER_PERIOD * time_step);
+            if given.frequency > most {
+                let key = format!("{key}.oscillation.frequency");
+                let wanted = format!("at most {most:.4e}");
+                let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
+                return Err(document.out_of_range(&key, given.frequency, &wanted, &remedy));
+            }
+            Ok(TimeFunction::Oscillation {
+                mean: given.mean.into(),
+                amplitude: given.amplitude.into(),
+                frequency: given.frequency,
+                phase: given.phase.to_radians(),
+            })
+        }
+        VelocitySection::Variable(VariableVelocity::Table(rows)) => {
+            if rows.is_empty() {
+                let (key, remedy) = (format!("{key}.table"), "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]");
+                return Err(document.error(&key, &format!("`{key}` is empty"), "no row", remedy));
+            }
+            if let Some(n) = (1..rows.len()).find(|&n| rows[n][0] <= rows[n - 1][0]) {
+                let (before, key) = (rows[n - 1][0], format!("{key}.table.{n}"));
+                let remedy = "the first number of a row is its time (s); rows are in the order of time";
+                return Err(document.out_of_range(
+                    &key,
+                    rows[n][0],
+                    &format!("later than {before} s"),
+                    remedy,
+                ));
+            }
+            Ok(TimeFunction::Table(rows.iter().map(|[t, x, y, z]| (*t, Vec3::new(*x, *y, *z))).collect()))
+        }
+    }
+}
+
+/// Refuses an initial velocity of a listed particle where its section prescribes the velocity.
+fn refuse_velocities(document: &Document, key: &str, entry: &Entry, motion: &PrescribedMotion) -> Result<()> {
+    let Entry::Moving(moving) = entry else {
+        return Ok(());
+    };
+    let moves = (0..3).any(|axis| !motion.free[axis] && moving.velocity[axis] != 0.0);
+    let turns = !motion.free_rotation && Vec3::from(moving.angular_velocity) != Vec3::zeros();
+    let name = match (moves, turns) {
+        (true, _) => "velocity",
+        (false, true) => "angular_velocity",
+        (false, false) => return Ok(()),
+    };
+    let key = format!("{key}.{name}");
+    let title = format!("`{key}` is given, but the `motion` of its section prescribes it");
+    Err(document.error(&key, &title, "has no effect here", "set it to 0 in the prescribed directions"))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Setup, from_text};
+    use crate::math::Vec3;
+    use crate::particle::{PrescribedMotion, TimeFunction};
+
+    fn setup(motion: &str) -> Setup {
+        let text = "domain.size = [4e-3, 4e-3, 4e-3]\n\
+                    fluid = { density = 1000, viscosity = 1e-6 }\n\
+                    lattice = { cells_per_diameter = 5, relaxation_time = 0.6 }\n\
+                    run.end.steps = 10\n\
+                    [[particles]]\n\
+                    shape.sphere.diameter = 1e-3\n\
+                    density = 2000.0\n\
+                    list = [[1e-3, 1e-3, 1e-3]]\n";
+        let options = [format!("particles.0.motion={motion}"), "driving.gravity=[1, 0, -2]".to_string()];
+        from_text(text, "motion", &options).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn each_form_of_a_motion_is_the_function_of_time_that_it_says() {
+        let motion = |text: &str| setup(text).motions[0].clone();
+        assert_eq!(motion("free"), PrescribedMotion::default());
+        assert_eq!(motion("fixed"), PrescribedMotion::fixed());
+        assert_eq!(motion("{}"), PrescribedMotion::fixed());
+        let constant = motion("{ velocity = [0, 2e-3, 0], angular_velocity = [0, 0, 3], free = [\"x\"] }");
+        assert_eq!(constant.velocity, TimeFunction::Constant(Vec3::new(0.0, 2e-3, 0.0)));
+        assert_eq!(constant.angular_velocity, TimeFunction::Constant(Vec3::new(0.0, 0.0, 3.0)));
+        assert_eq!((constant.free, constant.free_rotation), ([true, false, false], false));
+        let oscillation =
+            "{ oscillation = { amplitude = [0, 0, 2e-3], frequency = 4, phase = 90, mean = [1e-3, 0, 0] } }";
+        let oscillating = motion(&format!("{{ velocity = {oscillation} }}")).velocity;
+        for (time, expected) in [(0.0, 2e-3), (0.125, -2e-3), (0.0625, 0.0)] {
+            assert!((oscillating.at(time) - Vec3::new(1e-3, 0.0, expected)).norm() < 1e-15, "{time}");
+        }
+        let table = motion("{ velocity = { table = [[0, 0, 0, 0], [2, 0, 4e-3, 0]] } }").velocity;
+        assert!((table.at(0.5) - Vec3::new(0.0, 1e-3, 0.0)).norm() < 1e-15);
+    }
+
+    #[test]
+    fn the_weight_of_a_body_counts_in_its_free_directions_alone() {
+        let excess = 1000.0 * std::f64::consts::PI / 6.0 * 1e-9;
+        for (motion, expected) in [
+            ("free", Vec3::new(1.0, 0.0, -2.0)),
+            ("{ free = [\"x\", \"rotation\"] }", Vec3::new(1.0, 0.0, 0.0)),
+            ("fixed", Vec3::zeros()),
+        ] {
+            assert!((setup(motion).submerged_weight() - excess * expected).norm() < 1e-18, "{motion}");
+        }
+    }
+}
