@@ -264,8 +264,9 @@ fn main() {
         let o = measure(&row);
         let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();
         let exact = exact(&row);
-        let percent =
-            |force: f64| exact.map_or("".into(), |exact| format!("{:+.1} %", 100.0 * (force / exact - 1.0)));
+        let percent = |force: f64| {
+            exact.map_or(String::new(), |exact| format!("{:+.1} %", 100.0 * (force / exact - 1.0)))
+        };
         let name = words.join(",");
         println!(
             "{name},{:.4},{:.4},{:.4},{:.4},{},{},{},{}",
