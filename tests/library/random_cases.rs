@@ -23,6 +23,8 @@ const SHAPES: [&str; 9] = [
     "cube = { edge = 5e-4 }",
 ];
 
+const SPHERES: [&str; 2] = ["sphere = { diameter = 5e-4 }", "sphere = { diameter = 6e-4 }"];
+
 const MOTIONS: [&str; 4] = [
     "motion = \"fixed\"\n",
     "motion = { velocity = [0.02, -0.01, 0.0], angular_velocity = [0, 40, 0], free = [\"z\"] }\n",
@@ -50,8 +52,10 @@ fn draw(random: &mut ChaCha8Rng) -> String {
          coupling = {coupling}\n"
     )
     .unwrap();
+    // Lubrication is between spheres only.
+    let lubricated = random.random_bool(0.25);
     for _ in 0..random.random_range(1..4_u8) {
-        let shape = SHAPES.choose(random).unwrap();
+        let shape = if lubricated { SPHERES.choose(random) } else { SHAPES.choose(random) }.unwrap();
         let (density, count) = (random.random_range(500.0..5000.0), random.random_range(1..12_u8));
         let seed = random.random_range(0..1000_u32);
         write!(
@@ -66,9 +70,10 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));
     let balance = ["mixture", "fluid_only"].choose(random).unwrap();
+    let film = if lubricated { "lubrication = { roughness = 1e-6 }\n" } else { "" };
     write!(
         text,
-        "[contact]\nsubsteps = {substeps}\n[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n\
+        "[contact]\nsubsteps = {substeps}\n{film}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n\
          [run]\nend = {{ steps = {STEPS} }}\n"
     )
     .unwrap();

@@ -4,6 +4,7 @@ mod bodies;
 mod engine;
 mod files;
 mod forms;
+mod lubrication;
 mod motion;
 mod walls;
 
