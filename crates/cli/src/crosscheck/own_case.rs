@@ -27,7 +27,7 @@ const LARGEST: Limit =
 /// text says where the engines part, and reasons that are known beforehand.
 ///
 /// # Errors
-/// [`Error::Input`] if the case has other bodies than free spheres, or is too long to record; those of the set-up of LIGGGHTS, and of
+/// [`Error::Input`] if the case has other bodies than free spheres, or lubrication, or is too long to record; those of the set-up of LIGGGHTS, and of
 /// the run that records loads. An engine that fails on the way is a check that fails.
 pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result<(Findings, String)> {
     if let Some(other) = setup.templates.iter().find(|template| template.shape.as_sphere().is_none()) {
@@ -41,6 +41,10 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
         return Err(Error::Input(format!(
             "`particles.{section}.motion` prescribes motion, but the cross-check is of free particles: LIGGGHTS is given no others"
         )));
+    }
+    if setup.contact.as_ref().is_some_and(|contact| contact.lubrication.is_some()) {
+        let remedy = "leave `contact.lubrication` out: LIGGGHTS is given none";
+        return Err(Error::Input(format!("the cross-check is of contacts without lubrication; {remedy}")));
     }
     let steps = steps(setup, time)?;
     let recorded = setup.fluid.as_ref().map(|_| record(setup, steps)).transpose()?;
