@@ -9,7 +9,7 @@ pub(super) const CASE: Case = Case {
     name: "wet_impact",
     question: "rebound of a sphere from a wall in a viscous fluid over the Stokes number, 5 to 190",
     source: "Joseph et al. (2001), doi:10.1017/S0022112001003470; Legendre et al. (2005), Phys. Fluids 17, 097105",
-    parts: &[Part::wide(35.0, impacts)],
+    parts: &[Part::wide(60.0, impacts)],
 };
 
 /// Stokes numbers `rho_p D U / (9 mu)` of the throws.
