@@ -5,7 +5,10 @@
 
 #![allow(clippy::print_stdout)]
 
-use std::collections::BTreeMap;
+#[path = "../combinations.rs"]
+mod combinations;
+
+use combinations::{Lists, random};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use turbid::comm::Comm;
@@ -50,12 +53,6 @@ struct Row {
     /// Speed of fluid and body in a direction without symmetry (cells per step).
     speed: f64,
     reynolds: f64,
-}
-
-/// A random number in (0, 1) of a fixed sequence.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Drag factor of an array of spheres: through the values of the table.
@@ -208,7 +205,7 @@ fn measure(row: &Row) -> Outcome {
 }
 
 fn main() {
-    let mut lists: BTreeMap<String, Vec<String>> = [
+    let defaults = [
         ("solids", "paper"),
         ("magic", "0.125"),
         ("tau", "0.55"),
@@ -220,64 +217,44 @@ fn main() {
         ("speed", "0"),
         ("re", "0.02"),
         ("faces", "0.1"),
-    ]
-    .into_iter()
-    .map(|(k, v)| (k.to_string(), vec![v.to_string()]))
-    .collect();
-    let mut given = false;
-    for argument in std::env::args().skip(1) {
-        if let Some((key, list)) = argument.split_once('=') {
-            given = true;
-            lists.insert(key.into(), list.split(',').map(str::to_string).collect());
-        }
-    }
-    if !given {
+    ];
+    let Some(lists) = Lists::given(&defaults) else {
         return;
-    }
+    };
     println!(
         "solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps"
     );
     let keys = ["solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re"];
     // One for all, and no column.
-    let faces: f64 = lists["faces"].join(",").parse().expect("a number");
-    let total: usize = keys.iter().map(|k| lists[*k].len()).product();
-    for mut number in 0..total {
-        let mut pick: BTreeMap<&str, &str> = BTreeMap::new();
-        for key in keys.iter().rev() {
-            let list = &lists[*key];
-            pick.insert(key, &list[number % list.len()]);
-            number /= list.len();
-        }
-        let real = |key: &str| -> f64 { pick[key].parse().expect("a number") };
-        let whole = |key: &str| -> u64 { pick[key].parse().expect("a whole number") };
+    let faces = lists.one("faces");
+    for pick in lists.combinations(&keys) {
         let saturated = |operator| Method::Saturated(Saturated { operator, face_shift: faces });
         let row = Row {
-            method: match pick["solids"] {
+            method: match pick.word("solids") {
                 "paper" => Method::Homogenised(Homogenised { ramp: 0.5 }),
                 "sc1" => saturated(SolidOperator::Sc1),
                 "sc2" => saturated(SolidOperator::Sc2),
                 "sc3" => saturated(SolidOperator::Sc3),
                 other => panic!("{other}"),
             },
-            collision: if pick["magic"] == "bgk" {
+            collision: if pick.word("magic") == "bgk" {
                 Collision::Bgk
             } else {
-                Collision::Trt { magic: real("magic") }
+                Collision::Trt { magic: pick.real("magic") }
             },
-            tau: real("tau"),
-            resolution: real("n"),
-            volume_fraction: real("phi"),
-            cube: pick["shape"] == "cube",
-            rotated: whole("rotated"),
-            place: whole("place"),
-            speed: real("speed"),
-            reynolds: real("re"),
+            tau: pick.real("tau"),
+            resolution: pick.real("n"),
+            volume_fraction: pick.real("phi"),
+            cube: pick.word("shape") == "cube",
+            rotated: pick.whole("rotated"),
+            place: pick.whole("place"),
+            speed: pick.real("speed"),
+            reynolds: pick.real("re"),
         };
         let o = measure(&row);
-        let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();
         println!(
             "{},{:+.2} %,{:.4},{:.2e},{:.2e},{:.1e},{:.1e},{:.4},{}",
-            words.join(","),
+            pick.joined(&keys),
             100.0 * (o.drag - 1.0),
             o.balance,
             o.noise,

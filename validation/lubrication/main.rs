@@ -5,7 +5,10 @@
 
 #![allow(clippy::print_stdout)]
 
-use std::collections::BTreeMap;
+#[path = "../combinations.rs"]
+mod combinations;
+
+use combinations::{Lists, random};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use turbid::comm::Comm;
@@ -41,12 +44,6 @@ struct Row {
     oblique: bool,
     /// Edge of the box over the larger diameter.
     room: f64,
-}
-
-/// A random number in (0, 1) of a fixed sequence.
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-    (*seed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
 /// Force against the motion of the first sphere and torque on it in a steady state, over `6 pi mu a U` and `8 pi mu a^2 U` (of a
@@ -209,7 +206,7 @@ fn measure(row: &Row) -> Outcome {
 }
 
 fn main() {
-    let mut lists: BTreeMap<String, Vec<String>> = [
+    let defaults = [
         ("solids", "saturated"),
         ("with", "1"),
         ("motion", "squeeze"),
@@ -219,55 +216,36 @@ fn main() {
         ("oblique", "0"),
         ("place", "1"),
         ("room", "4"),
-    ]
-    .into_iter()
-    .map(|(k, v)| (k.to_string(), vec![v.to_string()]))
-    .collect();
-    let mut given = false;
-    for argument in std::env::args().skip(1) {
-        if let Some((key, list)) = argument.split_once('=') {
-            given = true;
-            lists.insert(key.into(), list.split(',').map(str::to_string).collect());
-        }
-    }
-    if !given {
+    ];
+    let Some(lists) = Lists::given(&defaults) else {
         return;
-    }
+    };
     println!(
         "solids,with,motion,tau,n,gap,oblique,place,room,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
     );
     let keys = ["solids", "with", "motion", "tau", "n", "gap", "oblique", "place", "room"];
-    let total: usize = keys.iter().map(|k| lists[*k].len()).product();
-    for mut number in 0..total {
-        let mut pick: BTreeMap<&str, &str> = BTreeMap::new();
-        for key in keys.iter().rev() {
-            let list = &lists[*key];
-            pick.insert(key, &list[number % list.len()]);
-            number /= list.len();
-        }
-        let real = |key: &str| -> f64 { pick[key].parse().expect("a number") };
+    for pick in lists.combinations(&keys) {
         let row = Row {
-            method: match pick["solids"] {
+            method: match pick.word("solids") {
                 "homogenised" => Method::Homogenised(Homogenised { ramp: 0.5 }),
                 "saturated" => Method::Saturated(Saturated { operator: SolidOperator::Sc3, face_shift: 0.1 }),
                 other => panic!("{other}"),
             },
-            tau: real("tau"),
-            resolution: real("n"),
-            ratio: (pick["with"] != "wall").then(|| real("with")),
-            motion: pick["motion"].into(),
-            gap: real("gap"),
-            place: real("place") as u64,
-            oblique: pick["oblique"] != "0",
-            room: real("room"),
+            tau: pick.real("tau"),
+            resolution: pick.real("n"),
+            ratio: (pick.word("with") != "wall").then(|| pick.real("with")),
+            motion: pick.word("motion").into(),
+            gap: pick.real("gap"),
+            place: pick.whole("place"),
+            oblique: pick.word("oblique") != "0",
+            room: pick.real("room"),
         };
         let o = measure(&row);
-        let words: Vec<&str> = keys.iter().map(|k| pick[*k]).collect();
         let exact = exact(&row);
         let percent = |force: f64| {
             exact.map_or(String::new(), |exact| format!("{:+.1} %", 100.0 * (force / exact - 1.0)))
         };
-        let name = words.join(",");
+        let name = pick.joined(&keys);
         println!(
             "{name},{:.4},{:.4},{:.4},{:.4},{},{},{},{}",
             o.force,

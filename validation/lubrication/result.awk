@@ -1,4 +1,13 @@
 # result.md of result.csv: errors of the force by gap, lattice alone and with lubrication.
+# A row of a table: its key, a column more if there is one, and by the gap the values of both, that of the lattice in brackets.
+function row(key, more, with, lattice,    part, line, i, g) {
+    split(key, part, ",")
+    line = "|"
+    for (i = 1; i <= 7; i++) line = line " " part[i] " |"
+    if (more != "") line = line " " more " |"
+    for (g = 1; g <= gaps; g++) line = line " " with[key, gap[g]] " (" lattice[key, gap[g]] ") |"
+    print line
+}
 BEGIN { gaps = split("1 0.5 0.25 0.1", gap, " ") }
 /^#/ || /^solids/ { next }
 {
@@ -19,14 +28,8 @@ END {
     print ""
     print "| coupling | with | motion | tau | N | line of centres | place | 1 | 0.5 | 0.25 | 0.1 |"
     print "|---|---|---|---|---|---|---|---|---|---|---|"
-    for (r = 1; r <= rows; r++) {
-        split(order[r], part, ",")
-        if (full[order[r], gap[1]] == "") continue
-        line = "|"
-        for (i = 1; i <= 7; i++) line = line " " part[i] " |"
-        for (g = 1; g <= gaps; g++) line = line " " full[order[r], gap[g]] " (" alone[order[r], gap[g]] ") |"
-        print line
-    }
+    for (r = 1; r <= rows; r++)
+        if (full[order[r], gap[1]] != "") row(order[r], "", full, alone)
     print ""
     print "| group | rows times gaps | mean error | largest |"
     print "|---|---|---|---|"
@@ -38,15 +41,8 @@ END {
     print "| coupling | with | motion | tau | N | line of centres | place | quantity | 1 | 0.5 | 0.25 | 0.1 |"
     print "|---|---|---|---|---|---|---|---|---|---|---|---|"
     for (r = 1; r <= rows; r++) {
-        split(order[r], part, ",")
         if (full[order[r], gap[1]] != "") continue
-        head = "|"
-        for (i = 1; i <= 7; i++) head = head " " part[i] " |"
-        line = head " force |"
-        for (g = 1; g <= gaps; g++) line = line " " more[order[r], gap[g]] " (" force[order[r], gap[g]] ") |"
-        print line
-        line = head " torque |"
-        for (g = 1; g <= gaps; g++) line = line " " turn[order[r], gap[g]] " (" torque[order[r], gap[g]] ") |"
-        print line
+        row(order[r], "force", more, force)
+        row(order[r], "torque", turn, torque)
     }
 }

@@ -35,7 +35,7 @@ use turbid::error::Result;
 /// Names that most cases use.
 mod prelude {
     pub(super) use super::context::{SuiteContext, unsteady};
-    pub(super) use super::reference::Table;
+    pub(super) use super::reference::{Table, interpolated};
     pub(super) use super::watch::{Watch, sphere_course};
     pub(super) use super::{Case, Findings, Part};
     pub(super) use turbid::case::Setup;

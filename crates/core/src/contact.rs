@@ -10,8 +10,8 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be measured, and [`neighbours`] keeps them while bodies
-//! move little. No result here depends on earlier ones; the engine stores the damping of each contact.
+//! centre ([`law`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
+//! measured, and [`neighbours`] keeps them while bodies move little. No result here depends on earlier ones; the engine stores the damping of each contact.
 
 mod clip;
 pub mod law;

@@ -46,6 +46,16 @@ impl Table {
     }
 }
 
+/// The second column at a value of the first, which ascends, between two rows; NaN before the first row and after the last.
+pub(super) fn interpolated<const N: usize>(rows: &[[f64; N]], at: f64) -> f64 {
+    let after = rows.partition_point(|row| row[0] < at);
+    if after == 0 || after == rows.len() {
+        return f64::NAN;
+    }
+    let (one, next) = (&rows[after - 1], &rows[after]);
+    one[1] + (next[1] - one[1]) * (at - one[0]) / (next[0] - one[0])
+}
+
 fn number(text: &str) -> f64 {
     text.parse().unwrap_or_else(|_| panic!("{text} is a number"))
 }

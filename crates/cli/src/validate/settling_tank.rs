@@ -63,7 +63,7 @@ fn fall(
         found.absolute(quantity, off_path(&course, &path), 0.0, OFF_PATH);
         let fallen = |at: &&[f64; 2]| FALLING.contains(&at[1]);
         let there: Vec<[f64; 2]> = path.iter().filter(fallen).copied().collect();
-        let here: Vec<[f64; 2]> = there.iter().map(|at| [at[0], gap_at(&course, at[0])]).collect();
+        let here: Vec<[f64; 2]> = there.iter().map(|at| [at[0], interpolated(&course, at[0])]).collect();
         let quantity = format!("velocity over the measured path at gaps of 6 to 3 D, {title} (m/s)");
         let [here, there] = [here, there].map(|points| -slope(&points) * setup.diameter);
         found.relative(quantity, here, there, SLOPE);
@@ -90,19 +90,10 @@ fn fall(
 
 /// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.
 fn off_path(course: &[[f64; 4]], path: &[[f64; 2]]) -> f64 {
-    let off = path.iter().filter(|at| at[1] > 1.0).map(|&[time, gap]| (gap_at(course, time) - gap).abs());
+    let off =
+        path.iter().filter(|at| at[1] > 1.0).map(|&[time, gap]| (interpolated(course, time) - gap).abs());
     // NaN, of a point that was not reached, stays NaN.
     off.fold(0.0, |worst, off| if off <= worst { worst } else { off })
-}
-
-/// Gap (diameters) at a time; NaN before the first step and after the last.
-fn gap_at(course: &[[f64; 4]], time: f64) -> f64 {
-    let after = course.partition_point(|at| at[0] < time);
-    if after == 0 || after == course.len() {
-        return f64::NAN;
-    }
-    let [[t0, g0, ..], [t1, g1, ..]] = [course[after - 1], course[after]];
-    g0 + (g1 - g0) * (time - t0) / (t1 - t0)
 }
 
 /// Slope of the line through points by least squares.

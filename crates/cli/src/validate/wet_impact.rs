@@ -80,10 +80,3 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
     ));
     Ok(found)
 }
-
-/// A value between the points of a table whose first column ascends.
-fn interpolated(points: &[[f64; 2]], at: f64) -> f64 {
-    let above = points.partition_point(|point| point[0] < at).clamp(1, points.len() - 1);
-    let [[x, y], [next, end]] = [points[above - 1], points[above]];
-    y + (end - y) * (at - x) / (next - x)
-}

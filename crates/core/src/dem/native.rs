@@ -113,7 +113,6 @@ impl Native {
                 inertia: Inertia::of(template),
                 radius: 0.5 * template.shape.equivalent_diameter() + model.enlargement,
                 thickness: template.shape.thickness(),
-                film_radius: template.shape.as_sphere(),
                 motion: params.motions.get(index).cloned().unwrap_or_default(),
             })
             .collect();

@@ -72,8 +72,6 @@ pub(super) struct TemplateConstants {
     pub(super) radius: f64,
     /// Thickness of the shape (m).
     pub(super) thickness: f64,
-    /// The radius (m), if the body is a sphere.
-    pub(super) film_radius: Option<f64>,
     /// What is prescribed of its motion.
     pub(super) motion: PrescribedMotion,
 }
@@ -182,7 +180,7 @@ impl ContactContext {
             let Some(overlap) = overlap else {
                 if let Some(Acting { action, normal, lever }) = film {
                     let point = domain.wrap(a.position() + lever);
-                    forces.add(&PairEntry::apart(ids, touched, point, normal).with(&action), near, store);
+                    forces.add(&PairEntry::apart(ids, touched, (point, normal), action), near, store);
                 }
                 continue;
             };
@@ -249,7 +247,7 @@ impl ContactContext {
                 let Some(overlap) = overlap else {
                     if let Some(Acting { action, normal, lever }) = film {
                         let point = domain.wrap(centre + lever);
-                        forces.add(&PairEntry::apart(ids, touched, point, normal).with(&action), near, store);
+                        forces.add(&PairEntry::apart(ids, touched, (point, normal), action), near, store);
                     }
                     continue;
                 };

@@ -37,9 +37,14 @@ impl ContactContext {
         }
     }
 
+    /// The radius (m) of a particle that has films: a sphere.
+    fn film_radius(&self, particle: &Particle) -> Option<f64> {
+        self.constants(particle).shape.shape.as_sphere()
+    }
+
     /// The film between two particles, `offset` (m) from the first to the second.
     fn film(&self, lubrication: &Lubrication, pair: [&Particle; 2], offset: Vec3) -> Option<Film> {
-        let [a, b] = pair.map(|particle| self.constants(particle).film_radius);
+        let [a, b] = pair.map(|particle| self.film_radius(particle));
         let radii = [a?, b?];
         let reach = radii[0] + radii[1] + lubrication.range();
         if offset.norm_squared() >= reach * reach {
@@ -50,7 +55,7 @@ impl ContactContext {
 
     /// The film between a particle and the surface of a wall.
     fn wall_film(&self, lubrication: &Lubrication, particle: &Particle, surface: &Surface) -> Option<Film> {
-        let radius = self.constants(particle).film_radius?;
+        let radius = self.film_radius(particle)?;
         lubrication.film([radius, f64::INFINITY], surface.distance(particle.position()) - radius)
     }
 
@@ -161,7 +166,7 @@ impl ContactContext {
         let pair = [i, j].map(|k| &self.local.store.particles[k]);
         let film = self.film(model.lubrication.as_ref()?, pair, offset)?;
         let distance = offset.norm();
-        let [a, b] = pair.map(|particle| self.constants(particle).film_radius.unwrap_or_default());
+        let [a, b] = pair.map(|particle| self.film_radius(particle).unwrap_or_default());
         let normal = offset / distance;
         let action = film.act(normal, [&self.side(i, rates, dt), &self.side(j, rates, dt)], self.span(dt));
         Some(Acting { action, normal, lever: normal * (0.5 * (distance + a - b)) })
@@ -177,7 +182,7 @@ impl ContactContext {
     ) -> Option<Acting> {
         let particle = &self.local.store.particles[i];
         let film = self.wall_film(model.lubrication.as_ref()?, particle, surface)?;
-        let (centre, radius) = (particle.position(), self.constants(particle).film_radius?);
+        let (centre, radius) = (particle.position(), self.film_radius(particle)?);
         let (distance, normal) = (surface.distance(centre), -surface.normal(centre));
         let velocity = wall.velocity(centre + normal * distance, time);
         let still = Side { velocity, spin: Vec3::zeros(), rates: [0.0; 2] };

@@ -59,8 +59,12 @@ pub(super) struct PairEntry {
 
 impl PairEntry {
     /// Two bodies with a film but no contact.
-    pub(super) fn apart(ids: [u64; 2], indices: [Option<usize>; 2], point: Vec3, normal: Vec3) -> Self {
-        let action = Action { force: Vec3::zeros(), torques: [Vec3::zeros(); 2] };
+    pub(super) fn apart(
+        ids: [u64; 2],
+        indices: [Option<usize>; 2],
+        (point, normal): (Vec3, Vec3),
+        action: Action,
+    ) -> Self {
         Self { ids, indices, action, point, normal, depth: 0.0, volume: 0.0 }
     }
 
