@@ -158,7 +158,10 @@ impl FluidSystem {
             prescribed: std::array::from_fn(|axis| setup.motions.iter().any(|motion| !motion.free[axis])),
             body_acceleration: of.body_acceleration,
         };
-        (Coupling::new(coupling, decomposition, rank, reach), Driving::new(driving))
+        let mut coupling = Coupling::new(coupling, decomposition, rank, reach);
+        let masses = (0..templates.len()).map(|n| setup.virtual_mass(of, n)).collect();
+        coupling.set_virtual_masses(masses);
+        (coupling, Driving::new(driving))
     }
 }
 

@@ -13,6 +13,7 @@ use crate::domain::Domain;
 use crate::error::Result;
 use crate::fluid::Collision;
 use crate::math::Vec3;
+use crate::particle::Template;
 use crate::units::Units;
 use crate::wall::Motion;
 
@@ -98,12 +99,16 @@ pub(super) fn lubrication(
         let title = "`contact.lubrication` needs contacts, which are off";
         return Err(document.error_at(&places, title, "remove one of them"));
     }
-    if let Some(index) = kinds.templates.iter().position(|template| template.shape.as_sphere().is_none()) {
+    let other = (kinds.templates.iter())
+        .position(|Template { shape, .. }| shape.as_sphere().is_none() && shape.as_ellipsoid().is_none());
+    if let Some(index) = other {
         let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
-        let places = [(&*shape, "not a sphere"), (key, "lubrication")];
+        let places = [(&*shape, "neither a sphere nor an ellipsoid"), (key, "lubrication")];
         let kind = kinds.templates[index].shape.kind();
-        let title = format!("`{key}` knows the films of spheres only, but `{shape}` is a {kind}");
-        let remedy = "remove `contact.lubrication`: a film between flat faces or edges has another law";
+        let title =
+            format!("`{key}` knows the films of spheres and ellipsoids only, but `{shape}` is a {kind}");
+        let remedy = "remove `contact.lubrication`: a film at a flat face, an edge, or a place without curvature has \
+                      another law";
         return Err(document.error_at(&places, &title, remedy));
     }
     let viscosity = viscosity(document, section, &reference(section, kinds, gravity))?;

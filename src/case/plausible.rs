@@ -1,10 +1,11 @@
 //! Cases that cannot work although every number by itself is admissible: velocities that the lattice cannot follow, units that were
-//! mixed up, particles too light for the coupling. Refused or warned of with the place in the case.
+//! mixed up, particles lighter than the coupling is tested for. Refused or warned of with the place in the case.
 
-use super::Setup;
 use super::checks::Document;
 use super::file::{FluidSection, LatticeSection};
 use super::speeds::wall_speed;
+use super::{FluidSetup, Setup};
+use crate::coupling::VirtualMass;
 use crate::error::Result;
 use crate::particle::Template;
 use std::collections::BTreeSet;
@@ -19,10 +20,9 @@ const USUAL_SPEED: f64 = 0.1;
 const SUGGESTED: (f64, f64) = (0.51, 60.0);
 /// Dynamic viscosity of water from 15 to 25 degrees centigrade (Pa s).
 const WATER_DYNAMIC: RangeInclusive<f64> = 0.88e-3..=1.14e-3;
-/// Density ratio below which the coupling is unstable, times the cells across a body: measured for spheres, cubes, ellipsoids and
-/// flat cylinders, 4 to 12 cells per diameter, relaxation times 0.53 to 1, both couplings. It is 1.8 at a relaxation time of 1,
-/// less below.
-const UNSTABLE_RATIO_CELLS: f64 = 2.0;
+/// Least density ratio at which the coupling with a [`VirtualMass`] has been tested: spheres, 8 to 20 cells per diameter, relaxation
+/// times 0.52 to 1, both couplings.
+const LEAST_RATIO: f64 = 0.05;
 
 /// A [`Setup`] and the case that it comes from.
 pub(super) struct Written<'a> {
@@ -36,46 +36,45 @@ pub(super) struct Written<'a> {
     pub(super) walls: Vec<String>,
 }
 
-/// Particles that are too light for the explicit coupling.
+/// Particles that may be too light for the coupling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TooLight {
     template: usize,
     /// Density over that of the fluid (-).
     ratio: f64,
-    /// From which on the coupling is stable (-).
-    limit: f64,
 }
 
 impl fmt::Display for TooLight {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         write!(
             f,
-            "particles of {:.3} times the density of the fluid are too light for the explicit coupling, which becomes unstable \
-             below about {:.2} at this resolution: the added mass of the fluid round them outweighs them",
-            self.ratio, self.limit
+            "particles of {:.1e} times the density of the fluid may be too light for the coupling, which is tested down to \
+             {LEAST_RATIO}: the added mass of the fluid round them outweighs them",
+            self.ratio
         )
     }
 }
 
 impl Setup {
-    /// The particles that are furthest below the density that the coupling needs, if there are any.
-    ///
-    /// The cells across a body are the geometric mean of its thickness and its diameter.
+    /// The lightest particles, if they are lighter than the coupling is tested for.
     ///
     /// Bodies whose centre is not free in any direction cannot be.
     pub fn too_light(&self) -> Option<TooLight> {
         let fluid = self.fluid.as_ref()?;
-        let of = |template: usize| {
-            let Template { shape, density, .. } = &self.templates[template];
-            let across = (shape.thickness() * shape.equivalent_diameter()).sqrt() / self.domain.dx;
-            TooLight { template, ratio: density / fluid.density, limit: UNSTABLE_RATIO_CELLS / across }
-        };
         (self.particles.iter())
             .map(|particle| particle.template as usize)
             .filter(|&template| !self.motions[template].holds_centre())
-            .map(of)
-            .filter(|light| light.ratio < light.limit)
-            .min_by(|a, b| (a.ratio / a.limit).total_cmp(&(b.ratio / b.limit)))
+            .map(|template| TooLight { template, ratio: self.templates[template].density / fluid.density })
+            .filter(|light| light.ratio < LEAST_RATIO)
+            .min_by(|a, b| a.ratio.total_cmp(&b.ratio))
+    }
+
+    /// Virtual mass of the bodies of a template in a fluid; none where a force or torque moves nothing.
+    pub(crate) fn virtual_mass(&self, fluid: &FluidSetup, template: usize) -> Option<VirtualMass> {
+        let Template { shape, density, .. } = &self.templates[template];
+        let (ratio, dx) = (density / fluid.density, self.domain.dx);
+        let free = !self.motions[template].is_complete();
+        free.then(|| VirtualMass::new(&**shape, ratio, dx, fluid.relaxation_time)).flatten()
     }
 }
 
@@ -208,18 +207,15 @@ impl Written<'_> {
         Some(self.document.warning("fluid.viscosity", &title, "kinematic, in m^2/s", &remedy))
     }
 
-    /// Particles too light for the explicit coupling.
+    /// Particles that may be too light for the coupling.
     fn light(&self) -> Option<String> {
         let (setup, light) = (self.setup, self.setup.too_light()?);
         let section = setup.sections[light.template];
         let (density, key) =
             (self.document.case.particles[section].density, format!("particles.{section}.density"));
-        let least = light.limit * setup.fluid_density();
-        let cells = setup.diameter / setup.domain.dx * light.limit / light.ratio;
+        let least = LEAST_RATIO * setup.fluid_density();
         let remedy = if density < 25.0 && setup.fluid_density() > 500.0 {
             format!("densities are in kg/m^3: is {} meant, {density} g/cm^3?", 1e3 * density)
-        } else if cells <= SUGGESTED.1 {
-            format!("take lattice.cells_per_diameter = {cells:.1} or a density of {least:.0} kg/m^3, or more")
         } else {
             format!("take a density of {least:.0} kg/m^3 or more")
         };

@@ -244,7 +244,7 @@ mod tests {
     const GOLDEN: [(&str, &str); 3] = [
         ("shear_cell", "6e458145cc6f1a02"),
         ("dry_box", "9c13904b37354a8f"),
-        ("stl_particles", "4203b93433595e3b"),
+        ("stl_particles", "7ed11a22139c0816"),
     ];
 
     #[test]

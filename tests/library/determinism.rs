@@ -1,4 +1,4 @@
-//! The same bits for any number of ranks and any instruction set: 200 spheres that touch and cross the faces, edges and
+//! The same bits for any number of ranks and any instruction set: 200 spheres, 50 of them light, that touch and cross the faces, edges and
 //! corners of blocks, 300 steps, in all precisions.
 
 use crate::common::random;
@@ -22,8 +22,12 @@ relaxation_time = 0.55
 [[particles]]
 shape = { sphere = { diameter = 1.5e-3 } }
 density = 3300.0
-count = 200
+count = 150
 seed = 7
+[[particles]]
+shape = { sphere = { diameter = 1.5e-3 } }
+density = 300.0
+count = 50
 [driving]
 gravity = [2.0, -3.0, -9.0]
 [run]

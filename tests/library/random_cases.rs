@@ -23,7 +23,8 @@ const SHAPES: [&str; 9] = [
     "cube = { edge = 5e-4 }",
 ];
 
-const SPHERES: [&str; 2] = ["sphere = { diameter = 5e-4 }", "sphere = { diameter = 6e-4 }"];
+/// Those that lubrication knows.
+const SMOOTH: [&str; 3] = [SHAPES[0], SHAPES[3], SHAPES[7]];
 
 const MOTIONS: [&str; 4] = [
     "motion = \"fixed\"\n",
@@ -52,10 +53,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
          coupling = {coupling}\n"
     )
     .unwrap();
-    // Lubrication is between spheres only.
     let lubricated = random.random_bool(0.25);
     for _ in 0..random.random_range(1..4_u8) {
-        let shape = if lubricated { SPHERES.choose(random) } else { SHAPES.choose(random) }.unwrap();
+        let shape = if lubricated { SMOOTH.choose(random) } else { SHAPES.choose(random) }.unwrap();
         let (density, count) = (random.random_range(500.0..5000.0), random.random_range(1..12_u8));
         let seed = random.random_range(0..1000_u32);
         write!(

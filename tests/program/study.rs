@@ -156,11 +156,12 @@ fn what_has_ended_is_not_repeated_and_a_longer_study_does_only_what_is_new() {
 
 #[test]
 fn a_run_that_fails_is_told_of_and_the_others_are_done_all_the_same() {
-    // So light that the coupling is unstable.
-    let light = "{ name = \"light\", set = { \"particles.0.volume_fraction\" = 0.1, \"particles.0.density\" = 20.0 } }";
+    // Hard bodies that overlap from the start.
+    let thrown = "{ name = \"thrown\", set = { \"particles.0.volume_fraction\" = 0.1, \"particles.0.minimum_gap\" = 0, \
+                  \"contact.enlargement\" = 1, \"contact.youngs_modulus\" = 1e12 } }";
     let place = Folder::new(
         &STUDY
-            .replace("values = [0.1, 0.2]", &format!("values = [{light}, 0.2]"))
+            .replace("values = [0.1, 0.2]", &format!("values = [{thrown}, 0.2]"))
             .replace("references = [{ law = \"richardson_zaki\" }]\n", "only = { phi = 0.2 }\n")
             .replace("x = \"phi\"", "x = \"seed\""),
     );
@@ -168,7 +169,7 @@ fn a_run_that_fails_is_told_of_and_the_others_are_done_all_the_same() {
     assert_eq!(output.status.code(), Some(3));
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert!(
-        complaint.contains("the run light_seed1 failed") && complaint.contains("2 of the runs failed"),
+        complaint.contains("the run thrown_seed1 failed") && complaint.contains("2 of the runs failed"),
         "{complaint}"
     );
     assert_eq!(place.result("out").len(), 2);

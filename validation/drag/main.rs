@@ -13,13 +13,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 use turbid::comm::Comm;
 use turbid::coupling::{
-    Coupling, CouplingParams, ForceBalance, Homogenised, Method, Saturated, SolidOperator,
+    Coupling, CouplingParams, ForceBalance, Homogenised, Method, Saturated, SolidOperator, SurfaceShift,
 };
 use turbid::domain::{Decomposition, Domain};
 use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd};
 use turbid::math::{Quat, Vec3, nalgebra::Quaternion};
 use turbid::particle::{Particle, ParticleStore, Template};
-use turbid::shape::{Cuboid, Shape, Sphere};
+use turbid::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere};
 use turbid::units::Units;
 
 /// Volume fractions and drag factors of simple-cubic arrays of spheres (Zick and Homsy 1982; others by an own solution with
@@ -46,13 +46,78 @@ struct Row {
     /// Cells of the diameter of the sphere of equal volume, nearly.
     resolution: f64,
     volume_fraction: f64,
-    cube: bool,
+    body: String,
     rotated: u64,
     /// Number of a random place in its cell; 0 is the middle of a cell.
     place: u64,
     /// Speed of fluid and body in a direction without symmetry (cells per step).
     speed: f64,
     reynolds: f64,
+}
+
+/// A body of this volume (cells).
+fn body(name: &str, volume: f64) -> Arc<dyn Shape> {
+    let prism = |sides: u32, length: f64| {
+        let corners: Vec<Vec3> = (0..sides)
+            .flat_map(|k| {
+                let (sin, cos) = (2.0 * PI * f64::from(k) / f64::from(sides)).sin_cos();
+                [-0.5, 0.5].map(|z| Vec3::new(0.5 * cos, 0.5 * sin, z * length))
+            })
+            .collect();
+        corners
+    };
+    let hull = |corners: Vec<Vec3>| {
+        let unit = Polyhedron::hull(&corners, 1e-9).expect("a body").0;
+        let scale = (volume / unit.volume()).cbrt();
+        let corners: Vec<Vec3> = corners.iter().map(|c| c * scale).collect();
+        Arc::new(Polyhedron::hull(&corners, 1e-9).expect("a body").0) as Arc<dyn Shape>
+    };
+    let cuboid = |edges: [f64; 3]| {
+        let edges = Vec3::from(edges);
+        Arc::new(Cuboid::new(edges * (volume / edges.product()).cbrt()).expect("a cuboid")) as Arc<dyn Shape>
+    };
+    let cylinder = |length: f64| {
+        let radius = (volume / (2.0 * PI * length)).cbrt();
+        Arc::new(Cylinder::new(radius, 2.0 * radius * length).expect("a cylinder")) as Arc<dyn Shape>
+    };
+    let ellipsoid = |axes: [f64; 3]| {
+        let axes = Vec3::from(axes);
+        let scale = (volume / (4.0 / 3.0 * PI * axes.product())).cbrt();
+        Arc::new(Ellipsoid::new(axes * scale).expect("an ellipsoid")) as Arc<dyn Shape>
+    };
+    let signs = || {
+        (0..8).map(|n| {
+            Vec3::new(f64::from(n & 1), f64::from(n >> 1 & 1), f64::from(n >> 2)) * 2.0 - Vec3::repeat(1.0)
+        })
+    };
+    match name {
+        "sphere" => Arc::new(Sphere { radius: (volume * 0.75 / PI).cbrt() }),
+        "cube" => cuboid([1.0; 3]),
+        "plate" => cuboid([2.0, 2.0, 0.8]),
+        "rod" => cuboid([1.0, 1.0, 3.0]),
+        "tetrahedron" => hull(signs().filter(|s| s.product() > 0.0).collect()),
+        "octahedron" => hull((0..3).flat_map(|a| [Vec3::ith(a, 1.0), Vec3::ith(a, -1.0)]).collect()),
+        "dodecahedron" => {
+            let g = 0.5 * (1.0 + 5.0_f64.sqrt());
+            let ring = signs().flat_map(|s| {
+                (0..3).map(move |a| {
+                    let mut v = Vec3::zeros();
+                    v[(a + 1) % 3] = s.x * g;
+                    v[(a + 2) % 3] = s.y / g;
+                    v
+                })
+            });
+            hull(ring.chain(signs()).collect())
+        }
+        "hexagon" => hull(prism(6, 0.8)),
+        "triangle" => hull(prism(3, 1.0)),
+        "prism" => hull(prism(96, 1.0)),
+        "cylinder" => cylinder(1.0),
+        "disc" => cylinder(0.4),
+        "oblate" => ellipsoid([1.0, 1.0, 0.5]),
+        "prolate" => ellipsoid([1.0, 1.0, 2.0]),
+        other => panic!("{other}"),
+    }
 }
 
 /// Drag factor of an array of spheres: through the values of the table.
@@ -99,14 +164,10 @@ fn measure(row: &Row) -> Outcome {
     let domain = Domain { periodic: [true; 3], cells: [cells; 3], dx: 1.0 };
     let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
     let decomposition = Decomposition::new(domain, 1).expect("one block");
-    let shape: Arc<dyn Shape> = if row.cube {
-        Arc::new(Cuboid::new(Vec3::repeat(edge * row.volume_fraction.cbrt())).expect("a cube"))
-    } else {
-        Arc::new(Sphere { radius })
-    };
+    let shape = body(&row.body, edge.powi(3) * row.volume_fraction);
     let nu = (row.tau - 0.5) / 3.0;
     // A cube of this volume fraction in an array has a drag factor close to this (relative to the sphere of equal volume).
-    let expected = if row.cube {
+    let expected = if row.body == "cube" {
         if (row.volume_fraction - 0.064).abs() < 1e-9 { 3.3203 } else { 1.13 * spheres(row.volume_fraction) }
     } else {
         spheres(row.volume_fraction)
@@ -216,7 +277,9 @@ fn main() {
         ("place", "0"),
         ("speed", "0"),
         ("re", "0.02"),
-        ("faces", "0.1"),
+        ("plane", "0.062"),
+        ("curvature", "0.4"),
+        ("edges", "0.12"),
     ];
     let Some(lists) = Lists::given(&defaults) else {
         return;
@@ -225,10 +288,14 @@ fn main() {
         "solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps"
     );
     let keys = ["solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re"];
-    // One for all, and no column.
-    let faces = lists.one("faces");
+    // One for all, and no columns.
+    let shift = SurfaceShift {
+        plane: lists.one("plane"),
+        curvature: lists.one("curvature"),
+        edges: lists.one("edges"),
+    };
     for pick in lists.combinations(&keys) {
-        let saturated = |operator| Method::Saturated(Saturated { operator, face_shift: faces });
+        let saturated = |operator| Method::Saturated(Saturated { operator, shift });
         let row = Row {
             method: match pick.word("solids") {
                 "paper" => Method::Homogenised(Homogenised { ramp: 0.5 }),
@@ -245,7 +312,7 @@ fn main() {
             tau: pick.real("tau"),
             resolution: pick.real("n"),
             volume_fraction: pick.real("phi"),
-            cube: pick.word("shape") == "cube",
+            body: pick.word("shape").into(),
             rotated: pick.whole("rotated"),
             place: pick.whole("place"),
             speed: pick.real("speed"),

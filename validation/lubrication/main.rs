@@ -1,4 +1,4 @@
-//! Force and torque on spheres held at a small gap from each other or from a wall while they move: one row of a table for each
+//! Force and torque on spheres and spheroids held at a small gap from each other or from a wall while they move: one row of a table for each
 //! combination of the lists given as `key=a,b,...`. See the README of this folder.
 //!
 //! Lattice units throughout.
@@ -14,15 +14,16 @@ use std::sync::Arc;
 use turbid::comm::Comm;
 use turbid::contact::Lubrication;
 use turbid::contact::lubrication::{Side, Unresolved};
+use turbid::contact::nearest::Ellipsoidal;
 use turbid::coupling::{
     Coupling, CouplingParams, ForceBalance, Homogenised, LatticeWalls, Method, Saturated, SolidOperator,
 };
 use turbid::dem::Load;
 use turbid::domain::{Decomposition, Domain};
 use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd};
-use turbid::math::Vec3;
+use turbid::math::{Quat, Vec3};
 use turbid::particle::{Particle, ParticleStore, Template};
-use turbid::shape::{Shape, Sphere};
+use turbid::shape::{Ellipsoid, Shape, Sphere};
 use turbid::units::Units;
 use turbid::wall::{Motion, Surface, Wall};
 
@@ -30,8 +31,12 @@ use turbid::wall::{Motion, Surface, Wall};
 struct Row {
     method: Method,
     tau: f64,
-    /// Cells of the diameter of the first sphere.
+    /// Cells of the diameter of the first body, or of the sphere of its volume.
     resolution: f64,
+    /// Polar over equatorial semi-axis of both bodies.
+    stretch: f64,
+    /// Angle of the polar axes with the normal of the gap (degrees).
+    tilt: f64,
     /// Radius of the second sphere over that of the first; none for a wall.
     ratio: Option<f64>,
     /// "squeeze", "shear", "spin" or "roll".
@@ -46,6 +51,12 @@ struct Row {
     room: f64,
 }
 
+impl Row {
+    fn is_of_spheres(&self) -> bool {
+        self.stretch.to_bits() == 1.0_f64.to_bits()
+    }
+}
+
 /// Force against the motion of the first sphere and torque on it in a steady state, over `6 pi mu a U` and `8 pi mu a^2 U` (of a
 /// spin, `U = a w`).
 struct Outcome {
@@ -55,26 +66,35 @@ struct Outcome {
     /// With what [`Lubrication`] adds.
     full_force: f64,
     full_torque: f64,
+    /// Reduced radius of spheroids (cells).
+    reduced: f64,
     steps: u64,
 }
 
-/// The exact force of [`Outcome`], if it is known.
+/// The exact force of [`Outcome`], if it is known; of spheroids, that of spheres with the same reduced radius (cells), whose singular
+/// part is the same and whose constant part is not.
 ///
 /// Squeezing: the series of Brenner (1961), Chem. Engng Sci. 16, 242, for a wall and, with a free surface half-way, for two equal
 /// spheres. Shear at a wall: O'Neill and Stewartson (1967), J. Fluid Mech. 27, 705, with `0.306 x` for the next term, by which it agrees
 /// with the table of Goldman, Cox and Brenner (1967), Chem. Engng Sci. 22, 637, within 0.2 % up to half a radius.
-fn exact(row: &Row) -> Option<f64> {
-    let gap = row.gap / (0.5 * row.resolution);
+fn exact(row: &Row, reduced: f64) -> Option<f64> {
     let is_wall = row.ratio.is_none();
+    let radius =
+        if row.is_of_spheres() { 0.5 * row.resolution } else { reduced * if is_wall { 1.0 } else { 2.0 } };
+    let (gap, size) = (row.gap / radius, radius / (0.5 * row.resolution));
     match row.motion.as_str() {
-        "squeeze" if is_wall => Some(squeezed(gap, |sinh, cosh, n, s| {
-            let (double, single) = (2.0 * sinh * cosh, s.sinh());
-            (2.0 * double + n * (2.0 * s).sinh()) / (4.0 * sinh * sinh - n * n * single * single)
-        })),
-        "squeeze" if row.ratio == Some(1.0) => Some(squeezed(0.5 * gap, |sinh, cosh, n, s| {
-            let (double, single) = (2.0 * sinh * cosh, s.sinh());
-            (4.0 * cosh * cosh + n * n * single * single) / (2.0 * double - n * (2.0 * s).sinh())
-        })),
+        "squeeze" if is_wall => Some(
+            size * squeezed(gap, |sinh, cosh, n, s| {
+                let (double, single) = (2.0 * sinh * cosh, s.sinh());
+                (2.0 * double + n * (2.0 * s).sinh()) / (4.0 * sinh * sinh - n * n * single * single)
+            }),
+        ),
+        "squeeze" if row.ratio == Some(1.0) => Some(
+            size * squeezed(0.5 * gap, |sinh, cosh, n, s| {
+                let (double, single) = (2.0 * sinh * cosh, s.sinh());
+                (4.0 * cosh * cosh + n * n * single * single) / (2.0 * double - n * (2.0 * s).sinh())
+            }),
+        ),
         "shear" if is_wall => {
             Some((8.0 / 15.0 + 64.0 / 375.0 * gap) * (2.0 / gap).ln() + 0.58461 + 0.306 * gap)
         }
@@ -99,7 +119,18 @@ fn measure(row: &Row) -> Outcome {
     let other = row.ratio.map(|ratio| ratio * radius);
     let nu = (row.tau - 0.5) / 3.0;
     let speed = 0.01 * nu / radius;
-    let edge = (row.room * 2.0 * radius.max(other.unwrap_or(0.0))).round();
+    let slim = row.stretch.cbrt();
+    let axes = Vec3::new(1.0 / slim, 1.0 / slim, row.stretch / slim);
+    let shape_of = |radius: f64| -> Arc<dyn Shape> {
+        if row.is_of_spheres() {
+            Arc::new(Sphere { radius })
+        } else {
+            Arc::new(Ellipsoid::new(axes * radius).unwrap())
+        }
+    };
+    let shapes: Vec<Arc<dyn Shape>> = [Some(radius), other].into_iter().flatten().map(shape_of).collect();
+    let reach = shapes.iter().map(|shape| shape.circumradius()).fold(0.0, f64::max);
+    let edge = (row.room * 2.0 * reach).round();
     let cells = edge as usize;
     let mut seed = row.place;
     let aside = Vec3::from_fn(|_, _| random(&mut seed));
@@ -116,13 +147,20 @@ fn measure(row: &Row) -> Outcome {
 
     // The first sphere above; it moves down, or along, or turns as if it rolled along.
     let (mut first, mut second) = (Particle::at(0, 0, Vec3::zeros()), Particle::at(1, 1, Vec3::zeros()));
-    let separation = radius + row.gap + other.unwrap_or(0.0);
-    first.position = match other {
-        Some(_) => middle + axis * (0.5 * separation),
-        None => Vec3::new(middle.x, middle.y, separation),
+    let (sin, cos) = row.tilt.to_radians().sin_cos();
+    let turn = Quat::rotation_between(&Vec3::z(), &(axis * cos + across * sin)).expect("not upside down");
+    // From the centre to the nearest point of the other body.
+    let near = |k: usize, way: Vec3| turn * shapes[k].support(turn.inverse() * way);
+    let centre = |k: usize, way: Vec3| way * (0.5 * row.gap) - near(k, -way);
+    (first.position, second.position) = if other.is_some() {
+        ((middle + centre(0, axis)).into(), (middle + centre(1, -axis)).into())
+    } else {
+        let point = near(0, -axis);
+        ([middle.x, middle.y, row.gap - point.z], [0.0; 3])
+    };
+    for particle in [&mut first, &mut second] {
+        particle.set_orientation(&turn);
     }
-    .into();
-    second.position = (middle - axis * (0.5 * separation)).into();
     let turning = across.cross(&axis);
     match row.motion.as_str() {
         "squeeze" => (first.velocity, second.velocity) = ((-axis * speed).into(), (axis * speed).into()),
@@ -135,11 +173,6 @@ fn measure(row: &Row) -> Outcome {
         motion => panic!("{motion}"),
     }
     let count = 1 + usize::from(other.is_some());
-    let shapes: Vec<Arc<dyn Shape>> = [Some(radius), other]
-        .into_iter()
-        .flatten()
-        .map(|radius| Arc::new(Sphere { radius }) as Arc<dyn Shape>)
-        .collect();
     let templates: Arc<[Template]> =
         shapes.iter().map(|shape| Template { shape: shape.clone(), material: 0, density: 1.0 }).collect();
 
@@ -161,7 +194,6 @@ fn measure(row: &Row) -> Outcome {
         force_balance: ForceBalance::FluidOnly,
         simd: Simd::best(),
     };
-    let reach = radius.max(other.unwrap_or(0.0));
     let mut coupling = Coupling::new(coupled, &decomposition, 0, reach);
     let particles = [first, second][..count].to_vec();
     let store = ParticleStore { templates, particles, owned: count, owners: vec![0; count] };
@@ -195,12 +227,26 @@ fn measure(row: &Row) -> Outcome {
                 Method::Homogenised(_) => Unresolved::homogenised(row.tau),
             };
             let film = Lubrication { viscosity: nu, roughness: 0.0, cell: 1.0, unresolved };
-            let added = film.film(radii, row.gap).map(|film| film.act(-axis, sides, 0.0));
+            let body = |radius: f64| Ellipsoidal::new(axes * radius, &turn);
+            let offset = second.position() - first.position();
+            let gap = match other {
+                Some(other) => body(radius).gap(&body(other), offset, f64::INFINITY),
+                None => body(radius)
+                    .gap_to_wall(&plane("z-", 0.0, 1.0).surface.seen_from(first.position()), f64::INFINITY),
+            }
+            .expect("bodies apart");
+            assert!((gap.width - row.gap).abs() < 1e-9 && (gap.normal + axis).norm() < 1e-6);
+            let film = if row.is_of_spheres() {
+                film.film(radii, row.gap)
+            } else {
+                film.squeezed(&gap, other.is_none())
+            };
+            let added = film.map(|film| film.act(-axis, sides, 0.0));
             let (more, turn) =
                 added.map_or((0.0, 0.0), |action| (action.force.dot(&way), action.torques[0].dot(&turning)));
             let full_force = force + more / (6.0 * PI * nu * radius * speed);
             let full_torque = torque + turn / (8.0 * PI * nu * radius * radius * speed);
-            return Outcome { force, torque, full_force, full_torque, steps };
+            return Outcome { force, torque, full_force, full_torque, reduced: gap.reduced, steps };
         }
     }
 }
@@ -216,19 +262,21 @@ fn main() {
         ("oblique", "0"),
         ("place", "1"),
         ("room", "4"),
+        ("stretch", "1"),
+        ("tilt", "0"),
     ];
     let Some(lists) = Lists::given(&defaults) else {
         return;
     };
     println!(
-        "solids,with,motion,tau,n,gap,oblique,place,room,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
+        "solids,with,motion,tau,n,gap,oblique,place,room,stretch,tilt,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
     );
-    let keys = ["solids", "with", "motion", "tau", "n", "gap", "oblique", "place", "room"];
+    let keys = ["solids", "with", "motion", "tau", "n", "gap", "oblique", "place", "room", "stretch", "tilt"];
     for pick in lists.combinations(&keys) {
         let row = Row {
             method: match pick.word("solids") {
                 "homogenised" => Method::Homogenised(Homogenised { ramp: 0.5 }),
-                "saturated" => Method::Saturated(Saturated { operator: SolidOperator::Sc3, face_shift: 0.1 }),
+                "saturated" => Method::Saturated(Saturated::new(SolidOperator::Sc3)),
                 other => panic!("{other}"),
             },
             tau: pick.real("tau"),
@@ -239,11 +287,14 @@ fn main() {
             place: pick.whole("place"),
             oblique: pick.word("oblique") != "0",
             room: pick.real("room"),
+            stretch: pick.real("stretch"),
+            tilt: pick.real("tilt"),
         };
         let o = measure(&row);
-        let exact = exact(&row);
-        let percent = |force: f64| {
-            exact.map_or(String::new(), |exact| format!("{:+.1} %", 100.0 * (force / exact - 1.0)))
+        let exact = exact(&row, o.reduced);
+        let percent = |force: f64| match exact {
+            Some(exact) if row.is_of_spheres() => format!("{:+.1} %", 100.0 * (force / exact - 1.0)),
+            _ => String::new(),
         };
         let name = pick.joined(&keys);
         println!(

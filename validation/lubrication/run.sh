@@ -1,6 +1,6 @@
 #!/bin/sh
-# Force on spheres held at a small gap while they move, with and without lubrication: result.csv and, as a table, result.md. A quarter
-# of an hour on two cores.
+# Force on spheres and spheroids held at a small gap while they move, with and without lubrication: result.csv and, as a table, result.md. Half
+# an hour on two cores.
 #
 # OUT    directory for the two (default: this one)
 # JOBS   runs at a time, each on one core (default: the number of cores)
@@ -31,6 +31,13 @@ tables() {
 09 solids=homogenised n=8 tau=0.53,1.0 gap=1,0.5,0.25,0.1 room=5 oblique=1
 04 n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=4 motion=shear,spin,roll
 12 solids=homogenised n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=4 motion=shear,spin,roll
+13 stretch=2 tilt=0,90 n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=3 with=wall
+14 stretch=0.5 tilt=0,45 n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=3 with=wall
+15 stretch=2 tilt=0,90 n=12 tau=1.0 gap=0.5,0.25,0.1 room=3 oblique=1
+16 stretch=2 tilt=0,90 n=24 tau=1.0 gap=1.5,0.75 room=2 with=wall
+17 stretch=0.5 n=24 tau=1.0 gap=1.5,0.75 room=2 with=wall
+18 stretch=2 tilt=0,90 n=8 tau=1.0 gap=0.5,0.25 room=2 with=wall
+19 stretch=0.5 n=8 tau=1.0 gap=0.5,0.25 room=2 with=wall
 LISTS
 }
 
@@ -42,8 +49,8 @@ tables | xargs -P "$jobs" -L 1 sh -c '
     cargo test --release --quiet --test lubrication -- "$@" | tail -n +2 > "$parts/$part" && mv "$parts/$part" "$parts/$part.csv"' table
 
 {
-    echo "# Force and torque on a held sphere by the lattice and with lubrication (full), over 6 pi mu a U and 8 pi mu a^2 U; see README.md"
-    echo "solids,with,motion,tau,n,gap,oblique,place,room,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
+    echo "# Force and torque on a held body by the lattice and with lubrication (full), over 6 pi mu a U and 8 pi mu a^2 U; see README.md"
+    echo "solids,with,motion,tau,n,gap,oblique,place,room,stretch,tilt,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
     cat "$parts"/*.csv
 } > "$out/result.csv.part"
 awk -F, -f "$here/result.awk" "$out/result.csv.part" > "$out/result.md.part"

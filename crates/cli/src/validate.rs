@@ -16,6 +16,7 @@ mod prescribed_motion;
 mod random_array;
 mod reference;
 mod restitution;
+mod rising_sphere;
 mod settling_tank;
 mod shear;
 mod shear_viscosity;
@@ -119,6 +120,7 @@ pub const CASES: &[Case] = &[
     channel::CASE,
     sphere_array::CASE,
     periodic_settling::CASE,
+    rising_sphere::CASE,
     prescribed_motion::CASE,
     shear::CASE,
     settling_tank::CASE,

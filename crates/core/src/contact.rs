@@ -16,6 +16,7 @@
 mod clip;
 pub mod law;
 pub mod lubrication;
+pub mod nearest;
 pub mod neighbours;
 pub mod overlap;
 pub mod pairs;

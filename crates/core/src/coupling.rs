@@ -2,7 +2,8 @@
 //!
 //! - [`map`](Coupling::map): particles -> the cells they cover;
 //! - [`sweep`](Coupling::sweep): one sweep of the fluid round them, by one of two [`Method`]s;
-//! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle;
+//! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle, those on
+//!   light ones with a [`VirtualMass`];
 //! - [`measure`](Coupling::measure): first moments of that momentum -> stress of the particles;
 //! - [`LatticeWalls`]: walls -> cells and motions that the fluid bounces back from;
 //! - [`Driving`]: the acceleration of the fluid that balances the weight of the particles and removes the net flux.
@@ -15,6 +16,7 @@ mod cover;
 mod driving;
 mod faces;
 mod homogenised;
+mod light;
 mod mapper;
 mod method;
 mod saturated;
@@ -32,12 +34,13 @@ pub use any_fluid::AnyFluid;
 use cover::Cover;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
+pub use light::VirtualMass;
 use mapper::Mapper;
 pub use method::Method;
 #[cfg(test)]
 pub(crate) use method::sweep_alone;
 use method::{CouplingMethod, with_method};
-pub use saturated::{Saturated, SolidOperator};
+pub use saturated::{Saturated, SolidOperator, SurfaceShift};
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
@@ -77,6 +80,10 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
+    /// Of each template; empty if there are none.
+    virtual_masses: Vec<Option<VirtualMass>>,
+    /// Mean loads of the past, weight included, of the owned ones of the last sweep; empty without virtual masses.
+    swept_means: Vec<Load>,
     /// Scratch of [`map`](Self::map).
     cover: Cover,
 }
@@ -90,6 +97,8 @@ const NONE: u32 = u32::MAX;
 struct Partial {
     id: u64,
     sum: ExchangeSum,
+    /// Mean load of the past, from the rank that owned the particle in the last sweep.
+    mean: [[f64; 3]; 2],
 }
 
 impl Coupling {
@@ -117,8 +126,16 @@ impl Coupling {
             swept_particles: Vec::new(),
             swept_owned: 0,
             swept_loads: Vec::new(),
+            virtual_masses: Vec::new(),
+            swept_means: Vec::new(),
             cover: Cover::default(),
         }
+    }
+
+    /// Gives the bodies of each template a virtual mass, or none.
+    pub fn set_virtual_masses(&mut self, of_templates: Vec<Option<VirtualMass>>) {
+        let any = of_templates.iter().any(Option::is_some);
+        self.virtual_masses = if any { of_templates } else { Vec::new() };
     }
 
     /// Finds the cells of the block that every particle covers, with all its periodic images.
@@ -190,10 +207,11 @@ impl Coupling {
     /// ```
     ///
     /// The lattice holds no hydrostatic pressure, so the buoyancy is added here; so is the mean pressure gradient
-    /// `-rho a` that drives the fluid, if it acts on the particles as well.
+    /// `-rho a` that drives the fluid, if it acts on the particles as well. On light bodies, `F` with a [`VirtualMass`].
     pub fn loads(&mut self, particles: &ParticleStore, acceleration: Vec3, comm: &Comm) -> Vec<Load> {
         assert_eq!(particles.particles.len(), self.bodies.len(), "the particles that were mapped");
-        self.collect(particles, comm);
+        let mut means = self.known_means(particles);
+        self.collect(particles, &mut means, comm);
         let units = &self.params.units;
         let loads = particles.owned().iter().zip(&self.bodies).map(|(particle, body)| {
             let force = Vec3::from(body.exchange.force.map(from_fixed));
@@ -209,10 +227,35 @@ impl Coupling {
                 torque: torque * units.torque(),
             }
         });
-        let loads: Vec<Load> = loads.collect();
+        let mut loads: Vec<Load> = loads.collect();
+        for ((load, mean), particle) in loads.iter_mut().zip(&mut means).zip(particles.owned()) {
+            if let Some(virtual_mass) = &self.virtual_masses[particle.template as usize] {
+                let weight = self.params.gravity * particles.template(particle).mass();
+                *load = virtual_mass.apply(*load, weight, mean);
+            }
+        }
+        means.truncate(particles.owned);
         self.note_swept(particles);
+        self.swept_means = means;
         self.swept_loads.clone_from(&loads);
         loads
+    }
+
+    /// Mean loads of the past of those particles that were owned here in the last sweep, zeros of all others; none without
+    /// virtual masses.
+    fn known_means(&self, particles: &ParticleStore) -> Vec<Load> {
+        if self.virtual_masses.is_empty() {
+            return Vec::new();
+        }
+        let mut means = vec![Load::default(); particles.particles.len()];
+        let mut at: Vec<(u64, usize)> = (0..).zip(&particles.particles).map(|(i, p)| (p.id, i)).collect();
+        at.sort_unstable();
+        for (particle, mean) in self.swept_particles.iter().zip(&self.swept_means) {
+            if let Ok(found) = at.binary_search_by_key(&particle.id, |&(id, _)| id) {
+                means[at[found].1] = *mean;
+            }
+        }
+        means
     }
 
     /// Makes the mapped particles the state of the last sweep.
@@ -232,15 +275,17 @@ impl Coupling {
         self.swept_count
     }
 
-    /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order.
-    fn collect(&mut self, particles: &ParticleStore, comm: &Comm) {
+    /// Sends the partial sums of ghosts to their owners and adds those that come in; integers, so in any order. The mean
+    /// load of a particle comes from one rank at most.
+    fn collect(&mut self, particles: &ParticleStore, means: &mut [Load], comm: &Comm) {
         if comm.size() == 1 {
             return;
         }
         let mut messages: Vec<Vec<u8>> = vec![Vec::new(); self.peers.len()];
         for i in particles.owned..particles.particles.len() {
             let Body { id, exchange: sum, .. } = self.bodies[i];
-            if sum == ExchangeSum::default() {
+            let mean = means.get(i).copied().unwrap_or_default();
+            if sum == ExchangeSum::default() && mean == Load::default() {
                 continue;
             }
             let owner = particles.owners[i] as usize;
@@ -248,13 +293,18 @@ impl Coupling {
                 .peers
                 .binary_search(&owner)
                 .expect("the owner of a particle that reaches here is a peer");
-            messages[link].extend_from_slice(bytemuck::bytes_of(&Partial { id, sum }));
+            let mean = [mean.force.into(), mean.torque.into()];
+            messages[link].extend_from_slice(bytemuck::bytes_of(&Partial { id, sum, mean }));
         }
         for message in comm.exchange(&self.peers, messages) {
             for partial in bytemuck::pod_collect_to_vec::<u8, Partial>(&message) {
                 let i =
                     particles.owned().binary_search_by_key(&partial.id, |p| p.id).expect("sent to the owner");
                 self.bodies[i].exchange.add(&partial.sum, 1);
+                if let Some(mean) = means.get_mut(i) {
+                    let [force, torque] = partial.mean.map(Vec3::from);
+                    *mean += Load { force, torque };
+                }
             }
         }
     }

@@ -33,6 +33,18 @@ pub struct SurfaceMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// How a surface bends, in the mean over it; `A` area, `V` volume, edges of length `L` at which the normal turns by `t`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Curvature {
+    /// Mean curvature, `(int H dA + 1/2 sum L t) / A` (1/m).
+    pub mean: f64,
+    /// What of it no edge has, `(int H dA + 1/2 sum L t max(0, cos t)) / A` (1/m): small turns count as smooth.
+    pub smooth: f64,
+    /// Sharpness of the edges relative to a cube, `V^(1/3) sum L w(t) / (2 A)` with `2 w = 1 - cos t + min(4, tan^2(t/2))`. Falls to
+    /// 0 for polyhedra that come near to smooth bodies.
+    pub sharpness: f64,
+}
+
 /// A rigid convex body.
 pub trait Shape: Send + Sync + Debug {
     /// Name of the kind for messages, e.g. `"sphere"`.
@@ -96,9 +108,45 @@ pub trait Shape: Send + Sync + Debug {
         None
     }
 
+    /// Radius and half length (m) if the body is a cylinder: cells on its rims are cut by its side and its ends.
+    fn as_cylinder(&self) -> Option<(f64, f64)> {
+        None
+    }
+
     /// Vertices and faces if the body has only flat faces: pairs of these have exact contacts.
     fn as_polyhedron(&self) -> Option<&Polyhedron> {
         None
+    }
+
+    /// Mean curvature and sharpness of the surface; here of one without edges.
+    ///
+    /// After Minkowski the integral of the mean curvature is `2 pi b`, `b` the mean width.
+    fn curvature(&self) -> Curvature {
+        // Lebedev's 26 points, exact for polynomials of degree 7: axes, diagonals of faces, diagonals of the cube.
+        let mut width = 0.0;
+        for n in 0..27 {
+            let direction = Vec3::from([n % 3, n / 3 % 3, n / 9].map(|k| f64::from(k - 1)));
+            let weight = match direction.norm_squared() as i32 {
+                1 => 1.0 / 21.0,
+                2 => 4.0 / 105.0,
+                3 => 9.0 / 280.0,
+                _ => continue,
+            };
+            let unit = direction.normalize();
+            width += 2.0 * weight * self.support(unit).dot(&unit);
+        }
+        let area = |refinement| -> f64 {
+            let mesh = self.surface_mesh(refinement);
+            let triangle = |corners: &[u32; 3]| {
+                let [a, b, c] = corners.map(|i| mesh.points[i as usize]);
+                0.5 * (b - a).cross(&(c - a)).norm()
+            };
+            mesh.triangles.iter().map(triangle).sum()
+        };
+        // The error falls with the square of the edges of the triangles, which are halved.
+        let area = (4.0 * area(4) - area(3)) / 3.0;
+        let mean = std::f64::consts::TAU * width / area;
+        Curvature { mean, smooth: mean, sharpness: 0.0 }
     }
 
     /// Triangulation for pictures; `refinement` 0 is coarsest.

@@ -28,11 +28,22 @@ fn lubrication_of_other_bodies_engines_and_gaps_is_refused_with_the_reason() {
         ),
     ]);
     let lubricated = changed(SPHERES, &[("[run]", &with("lubrication = {}"))]);
-    let cubes = "shape = { cube = { edge = 1e-3 } }";
     let line = SPHERES.lines().find(|line| line.starts_with("shape")).unwrap();
+    let only = "films of spheres and ellipsoids only";
     all_refused_of(
         &lubricated,
-        &[(line, cubes, &["films of spheres only", "`particles.0.shape` is a cuboid"])],
+        &[
+            (
+                line,
+                "shape = { cube = { edge = 1e-3 } }",
+                &[only, "`particles.0.shape` is a cuboid", "a flat face"],
+            ),
+            (
+                line,
+                "shape = { capsule = { diameter = 1e-3, length = 2e-3 } }",
+                &[only, "is a capsule", "without curvature"],
+            ),
+        ],
     );
     let said = Place::new(&lubricated).well(&["check", "case.toml"]);
     has(&said, &["lubrication below", "1.0e-3 radii", "surfaces touch at 0.000e0 m"]);

@@ -89,7 +89,7 @@ fn motions_that_are_none_are_refused() {
 
 #[test]
 fn check_names_what_is_prescribed_and_does_not_let_fixed_bodies_settle() {
-    let light = ("density = 3300.0", "density = 100.0");
+    let light = ("density = 3300.0", "density = 30.0");
     let fixed = ("seed = 1", "seed = 1\nmotion = \"fixed\"");
     let free = Place::new(&changed(SPHERES, &[light])).well(&["check", "case.toml"]);
     assert!(free.contains("too light"), "{free}");

@@ -16,6 +16,14 @@
 //! rolling are diagonal in `s` and `r`. So every term takes energy, forces are opposite, and their moments are balanced for any
 //! two radii. [`Unresolved`] has what is missing on a lattice.
 //!
+//! Other smooth convex bodies, of which at least one is not a sphere, have the normal part alone, at their nearest points `r_a` and
+//! `r_b` from the centres, with the `R` of the curvatures there ([`nearest`](super::nearest)):
+//!
+//! ```text
+//! u_n = (v_a + omega_a x r_a - v_b - omega_b x r_b).n,   F_a = -6 pi mu R^2 M(delta) / h  u_n n = -F_b
+//! T_a = r_a x F_a,   T_b = r_b x F_b
+//! ```
+//!
 //! Resistances are those of a gap of at least the roughness; bodies that overlap have no film. A force grows without bound as the gap closes, so it is
 //! implicit: with the velocity `v` of a term that the other forces would bring about within the sub-step `dt`, and the resistance `k`,
 //!
@@ -23,15 +31,16 @@
 //! F = -k v / (1 + dt (sigma_a + sigma_b)),   sigma = sum of k beta over the terms of all gaps of a body
 //! ```
 //!
-//! where `beta` is the change of `v` by a unit impulse on that body. For one gap this is the backward Euler method. For any number of
+//! where `beta` is the change of `v` by a unit impulse on that body, `1/m + (r x n).I^-1 (r x n)` for the normal part. For one gap this is the backward Euler method. For any number of
 //! gaps, `sum dt k v^2 / (1 + ...) <= sum m v^2` over the bodies (Cauchy), so no term takes more energy than there is, however long
 //! the sub-step.
 //!
-//! References: Jeffrey and Onishi (1984), doi:10.1017/S0022112084000355 (spheres); Goldman, Cox and Brenner (1967), doi:10.1016/0009-2509(67)80047-2 (a sphere along a wall); Ball and Melrose
+//! References: Jeffrey and Onishi (1984), doi:10.1017/S0022112084000355 (spheres); Cox (1974), Int. J. Multiphase Flow 1, 343 (other bodies); Goldman, Cox and Brenner (1967), doi:10.1016/0009-2509(67)80047-2 (a sphere along a wall); Ball and Melrose
 //! (1997), doi:10.1016/S0378-4371(97)00412-3 (terms that take energy).
 
 use super::law::Action;
-use crate::math::Vec3;
+use super::nearest::Gap;
+use crate::math::{Quat, Vec3};
 use serde::Serialize;
 use std::f64::consts::PI;
 
@@ -101,13 +110,15 @@ pub struct Side {
     pub rates: Rates,
 }
 
-/// How easily a sphere moves; a wall does not, which is the default.
+/// How easily a body moves; a wall does not, which is the default.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mobility {
     /// Inverse of its mass (1/kg).
     pub mass: f64,
-    /// Inverse of its moment of inertia (1/(kg m^2)).
-    pub moment: f64,
+    /// Inverses of its principal moments of inertia (1/(kg m^2)).
+    pub moments: Vec3,
+    /// Maps its principal axes to the world frame.
+    pub orientation: Quat,
 }
 
 /// Resistance times inverse inertia (1/s), of the normal term and of the tangential ones; over the gaps of a body they add up.
@@ -118,10 +129,12 @@ pub type Rates = [f64; 2];
 pub struct Film {
     /// Resistances (N s/m): normal, sliding, rolling.
     resistances: [f64; 3],
-    /// Lengths from the centres to the middle of the gap (m); that of a wall is zero.
+    /// Lengths from the centres of spheres to the middle of the gap (m); that of a wall is zero.
     levers: [f64; 2],
     /// `c` of the formulas (-).
     difference: f64,
+    /// `r x n` of the normal part (m); zero for a sphere.
+    arms: [Vec3; 2],
 }
 
 impl Lubrication {
@@ -137,25 +150,41 @@ impl Lubrication {
             return None;
         }
         let reduced = radii[0] / (1.0 + radii[0] / radii[1]);
-        let wall = usize::from(radii[1].is_infinite());
+        let is_wall = radii[1].is_infinite();
+        let lever = |radius: f64| radius + 0.5 * gap;
+        let (levers, difference) = if is_wall {
+            ([lever(radii[0]), 0.0], -1.0)
+        } else {
+            (radii.map(lever), (radii[0] - radii[1]) / (radii[0] + radii[1] + gap))
+        };
+        let resistances = self.resistances(reduced, gap, is_wall);
+        Some(Film { resistances, levers, difference, arms: [Vec3::zeros(); 2] })
+    }
+
+    /// The film between two bodies, or between a body and a wall, of which only the normal part is known; none out of range.
+    pub fn squeezed(&self, gap: &Gap, is_wall: bool) -> Option<Film> {
+        if !(gap.width > 0.0 && gap.width < self.range()) {
+            return None;
+        }
+        let [squeezing, ..] = self.resistances(gap.reduced, gap.width, is_wall);
+        let arms = gap.points.map(|point| point.cross(&gap.normal));
+        Some(Film { resistances: [squeezing, 0.0, 0.0], levers: [0.0; 2], difference: 0.0, arms })
+    }
+
+    /// [`Film::resistances`] of a gap (m) within range, with the reduced radius (m).
+    fn resistances(&self, reduced: f64, gap: f64, is_wall: bool) -> [f64; 3] {
+        let wall = usize::from(is_wall);
         let open = gap.max(self.roughness);
         let cells = open / self.cell;
         let Unresolved { range, linear, square, sliding, rolling } = self.unresolved;
         let part = (cells / range) * (cells / range);
         let unit = PI * self.viscosity * reduced * (1.0 - part * part).max(0.0);
         let decay = 1.0 + cells * (linear[wall] + square * (reduced / self.cell) * cells);
-        let resistances = [
+        [
             6.0 * unit * reduced / (open * decay),
             2.0 * unit * libm::log1p(sliding[wall] / cells),
             1.2 * unit * libm::log1p(rolling[wall] / cells),
-        ];
-        let lever = |radius: f64| radius + 0.5 * gap;
-        let (levers, difference) = if wall == 1 {
-            ([lever(radii[0]), 0.0], -1.0)
-        } else {
-            (radii.map(lever), (radii[0] - radii[1]) / (radii[0] + radii[1] + gap))
-        };
-        Some(Film { resistances, levers, difference })
+        ]
     }
 }
 
@@ -165,9 +194,11 @@ impl Film {
         let [squeezing, sliding, rolling] = self.resistances;
         let c = self.difference;
         std::array::from_fn(|i| {
-            let turn = self.levers[i] * self.levers[i] * bodies[i].moment;
-            let mass = bodies[i].mass;
-            [squeezing * mass, sliding * (mass + turn) + rolling * (c * c * mass + turn)]
+            let Mobility { mass, moments, orientation } = bodies[i];
+            let turn = self.levers[i] * self.levers[i] * moments.x;
+            let arm = orientation.inverse_transform_vector(&self.arms[i]);
+            let tilt = arm.component_mul(&arm).dot(&moments);
+            [squeezing * (mass + tilt), sliding * (mass + turn) + rolling * (c * c * mass + turn)]
         })
     }
 
@@ -184,9 +215,14 @@ impl Film {
         let [straight, across] =
             [0, 1].map(|term| 1.0 / (1.0 + dt * (sides[0].rates[term] + sides[1].rates[term])));
         let (slip, roll) = (slip * (-sliding * across), roll * (-rolling * across));
+        let approach = approach + (sides[0].spin.dot(&self.arms[0]) - sides[1].spin.dot(&self.arms[1]));
+        let squeeze = -squeezing * straight * approach;
         Action {
-            force: normal * (-squeezing * straight * approach) + slip + roll * c,
-            torques: [normal.cross(&(slip + roll)) * a, normal.cross(&(slip - roll)) * b],
+            force: normal * squeeze + slip + roll * c,
+            torques: [
+                normal.cross(&(slip + roll)) * a + self.arms[0] * squeeze,
+                normal.cross(&(slip - roll)) * b - self.arms[1] * squeeze,
+            ],
         }
     }
 }
@@ -194,7 +230,9 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::tests::{random, random_direction};
+    use crate::contact::nearest::Ellipsoidal;
+    use crate::contact::tests::{random, random_direction, random_turn};
+    use crate::wall::Surface;
     use rand::Rng;
 
     const VISCOSITY: f64 = 0.7;
@@ -285,6 +323,70 @@ mod tests {
             let moment = torques[0] + torques[1] - offset.cross(&force);
             assert!(moment.norm() < 1e-12 * scale, "{moment}");
         }
+    }
+
+    #[test]
+    fn ellipsoids_with_equal_axes_have_the_normal_force_of_spheres() {
+        let mut random = random(9);
+        for _ in 0..200 {
+            let [a, b, width] = [0.5..2.0, 0.5..2.0, 1e-3..0.1].map(|range| random.random_range(range));
+            let film = Lubrication {
+                viscosity: VISCOSITY,
+                roughness: 1e-4,
+                cell: 0.1,
+                unresolved: Unresolved::SATURATED,
+            };
+            let bodies = [a, b].map(|r: f64| Ellipsoidal::new(Vec3::repeat(r), &random_turn(&mut random)));
+            let normal = random_direction(&mut random);
+            let [u, v, spin, other] = [0; 4].map(|_| random_direction(&mut random));
+            let sides = [side(u, spin), side(v, other)];
+            let act = |film: Film| film.act(normal, [&sides[0], &sides[1]], 0.0);
+            let wall = Surface::Plane { point: normal * (a + width), normal: -normal };
+            let cases = [
+                ([a, b], bodies[0].gap(&bodies[1], normal * (a + b + width), 1.0), false),
+                ([a, f64::INFINITY], bodies[0].gap_to_wall(&wall, 1.0), true),
+            ];
+            for (radii, gap, is_wall) in cases {
+                let (sphere, local) = (
+                    act(film.film(radii, width).unwrap()),
+                    act(film.squeezed(&gap.unwrap(), is_wall).unwrap()),
+                );
+                let scale = sphere.force.dot(&normal).abs().max(1e-3 / width);
+                // The gap is a difference of lengths.
+                let rounding = 1e-14 / width * scale;
+                assert!((local.force.dot(&normal) - sphere.force.dot(&normal)).abs() < rounding);
+                assert!((local.force - normal * local.force.dot(&normal)).norm() < rounding);
+                assert!(local.torques.iter().all(|torque| torque.norm() < rounding));
+            }
+        }
+    }
+
+    #[test]
+    fn two_ellipsoids_that_move_like_one_rigid_body_feel_nothing_and_any_other_motion_keeps_momenta_and_costs_energy()
+     {
+        let mut random = random(10);
+        let lubrication = everything(0.05, 0.05, 1.0);
+        let mut found = 0;
+        for _ in 0..2000 {
+            let [first, second] = [0; 2].map(|_| {
+                let axes = Vec3::from_fn(|_, _| random.random_range(0.3..1.5));
+                Ellipsoidal::new(axes, &random_turn(&mut random))
+            });
+            let offset = random_direction(&mut random) * 2.0;
+            let Some(gap) = first.gap(&second, offset, 1.0) else { continue };
+            found += 1;
+            let film = lubrication.squeezed(&gap, false).unwrap();
+            let [u, v, spin, other] = [0; 4].map(|_| random_direction(&mut random));
+            let rigid = [side(u, spin), side(u + spin.cross(&offset), spin)];
+            let felt = film.act(gap.normal, [&rigid[0], &rigid[1]], 0.0);
+            let scale = 1e-12 * film.resistances[0];
+            assert!(felt.force.norm() < scale && felt.torques.iter().all(|t| t.norm() < scale));
+            let sides = [side(u, spin), side(v, other)];
+            let Action { force, torques } = film.act(gap.normal, [&sides[0], &sides[1]], 0.0);
+            assert!(force.dot(&(u - v)) + torques[0].dot(&spin) + torques[1].dot(&other) < 0.0);
+            assert!((torques[0] + torques[1] - offset.cross(&force)).norm() < scale);
+        }
+        assert!(found > 300, "{found}");
     }
 
     #[test]

@@ -21,6 +21,8 @@ pub(super) enum Geometry {
     Flat(Vec<FacePlane>),
     /// An ellipsoid with these semi-axes (m).
     Ellipsoid(Vec3),
+    /// A cylinder of this radius and half length (m).
+    Cylinder(f64, f64),
     /// By the methods of the shape.
     Smooth,
 }
@@ -73,6 +75,8 @@ impl Mapper {
                 Geometry::Flat(FacePlane::all(polyhedron, &to_world, dx, shift))
             } else if let Some(semi_axes) = shape.as_ellipsoid() {
                 Geometry::Ellipsoid(semi_axes)
+            } else if let Some((radius, half)) = shape.as_cylinder() {
+                Geometry::Cylinder(radius, half)
             } else {
                 Geometry::Smooth
             },

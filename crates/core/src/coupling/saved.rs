@@ -19,6 +19,15 @@ struct Swept {
     load: [[f64; 3]; 2],
 }
 
+/// The same where there are virtual masses.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct SweptLight {
+    swept: Swept,
+    /// Mean force (N) and torque (N m) of the past, weight included, from the owner.
+    mean: [[f64; 3]; 2],
+}
+
 impl Coupling {
     /// Force and torque of the fluid on the particles that this rank owned in the last step, by their ids.
     pub fn last_loads(&self) -> impl Iterator<Item = (u64, Load)> {
@@ -28,15 +37,22 @@ impl Coupling {
 
     /// This rank's part of the state: all parts together describe every particle that a sweep has seen.
     pub fn save(&self) -> Vec<u8> {
-        let swept: Vec<Swept> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
+        let row = |load: Option<&Load>| load.map_or([[0.0; 3]; 2], |l| [l.force.into(), l.torque.into()]);
+        let swept: Vec<SweptLight> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
             // Of a particle that is owned elsewhere only what left its cells here.
             .filter(|(i, (_, body))| *i < self.swept_owned || body.departed != ExchangeSum::default())
-            .map(|(i, (particle, body))| Swept {
-                particle: *particle,
-                departed: body.departed,
-                load: (self.swept_loads.get(i)).map_or([[0.0; 3]; 2], |l| [l.force.into(), l.torque.into()]),
+            .map(|(i, (particle, body))| SweptLight {
+                swept: Swept {
+                    particle: *particle,
+                    departed: body.departed,
+                    load: row(self.swept_loads.get(i)),
+                },
+                mean: row(self.swept_means.get(i)),
             })
             .collect();
+        if self.virtual_masses.is_empty() {
+            return swept.iter().flat_map(|light| bytemuck::bytes_of(&light.swept)).copied().collect();
+        }
         bytemuck::cast_slice(&swept).to_vec()
     }
 
@@ -64,29 +80,37 @@ impl Coupling {
     /// # Errors
     /// Defect of the parts.
     pub fn restore(&mut self, particles: &ParticleStore, parts: &[Vec<u8>]) -> Result<(), String> {
-        let mut swept: BTreeMap<u64, Swept> = BTreeMap::new();
+        let light = !self.virtual_masses.is_empty();
+        let size = if light { size_of::<SweptLight>() } else { size_of::<Swept>() };
+        let mut swept: BTreeMap<u64, SweptLight> = BTreeMap::new();
         for (n, bytes) in (1..).zip(parts) {
-            if !bytes.len().is_multiple_of(size_of::<Swept>()) {
+            if !bytes.len().is_multiple_of(size) {
                 let size = bytes.len();
                 return Err(format!(
                     "part {n} of the coupling has {size} bytes, which are no whole particles"
                 ));
             }
             let mut ids = BTreeSet::new();
-            for part in bytemuck::pod_collect_to_vec::<u8, Swept>(bytes) {
-                let id = part.particle.id;
+            for bytes in bytes.chunks_exact(size) {
+                let mut part = SweptLight::zeroed();
+                bytemuck::bytes_of_mut(&mut part)[..size].copy_from_slice(bytes);
+                let id = part.swept.particle.id;
+                let mut numbers = part.swept.load.as_flattened().iter().chain(part.mean.as_flattened());
                 let checked = if !ids.insert(id) {
                     Err(format!("particle {id} is in it twice"))
-                } else if part.load.as_flattened().iter().all(|x| x.is_finite()) {
-                    self.check(particles, &part.particle)
+                } else if numbers.all(|x| x.is_finite()) {
+                    self.check(particles, &part.swept.particle)
                 } else {
                     Err(format!("the load on particle {id} is not finite"))
                 };
                 checked.map_err(|defect| format!("part {n} of the coupling: {defect}"))?;
-                let add = |all: &mut Swept| {
-                    all.departed.add(&part.departed, 1);
-                    let loads = all.load.as_flattened_mut().iter_mut().zip(part.load.as_flattened());
-                    loads.for_each(|(sum, own)| *sum += own);
+                let add = |all: &mut SweptLight| {
+                    all.swept.departed.add(&part.swept.departed, 1);
+                    let loads = [(&mut all.swept.load, &part.swept.load), (&mut all.mean, &part.mean)];
+                    for (sums, own) in loads {
+                        let pairs = sums.as_flattened_mut().iter_mut().zip(own.as_flattened());
+                        pairs.for_each(|(sum, own)| *sum += own);
+                    }
                 };
                 swept.entry(id).and_modify(add).or_insert(part);
             }
@@ -95,14 +119,15 @@ impl Coupling {
         // Before the first sweep there are none.
         let known = |particle: &Particle| swept.get(&particle.id);
         if let Some(other) = (particles.particles.iter()).find(|particle| {
-            !swept.is_empty() && known(particle).is_none_or(|s| s.particle.template != particle.template)
+            !swept.is_empty()
+                && known(particle).is_none_or(|s| s.swept.particle.template != particle.template)
         }) {
             return Err(format!("the coupling does not know particle {}", other.id));
         }
         let then = ParticleStore {
             templates: particles.templates.clone(),
             particles: (particles.particles.iter())
-                .filter_map(|particle| Some(known(particle)?.particle))
+                .filter_map(|particle| Some(known(particle)?.swept.particle))
                 .collect(),
             owned: if swept.is_empty() { 0 } else { particles.owned },
             owners: particles.owners.clone(),
@@ -110,11 +135,12 @@ impl Coupling {
         self.map(&then);
         // One rank takes off what left: the owner, to whom all others send their sums.
         for (particle, body) in then.owned().iter().zip(&mut self.bodies) {
-            body.departed = swept[&particle.id].departed;
+            body.departed = swept[&particle.id].swept.departed;
         }
-        let loads = then.owned().iter().map(|particle| swept[&particle.id].load);
-        self.swept_loads =
-            loads.map(|[force, torque]| Load { force: force.into(), torque: torque.into() }).collect();
+        let of = |rows: [[f64; 3]; 2]| Load { force: rows[0].into(), torque: rows[1].into() };
+        let own = || then.owned().iter().map(|particle| &swept[&particle.id]);
+        self.swept_loads = own().map(|saved| of(saved.swept.load)).collect();
+        self.swept_means = if light { own().map(|saved| of(saved.mean)).collect() } else { Vec::new() };
         self.note_swept(&then);
         Ok(())
     }

@@ -45,8 +45,11 @@ fn mapped(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle) -> Vec<f64
 }
 
 /// Volume fractions, with the faces of a cube moved out.
-fn volumes(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, face_shift: f64) -> Vec<f64> {
-    let method = Method::Saturated(Saturated { operator: SolidOperator::Sc3, face_shift });
+fn volumes(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, edges: f64) -> Vec<f64> {
+    let method = Method::Saturated(Saturated {
+        operator: SolidOperator::Sc3,
+        shift: SurfaceShift { edges, ..SurfaceShift::NONE },
+    });
     mapped_as(shape, domain, particle, method)
 }
 

@@ -1,6 +1,6 @@
 //! The box with right angles: distance in closed form.
 
-use super::{Polyhedron, Shape, ShapeError, SurfaceMesh, row};
+use super::{Curvature, Polyhedron, Shape, ShapeError, SurfaceMesh, row};
 use crate::math::{Quat, Vec3};
 
 /// A box, edges along the axes.
@@ -24,6 +24,10 @@ impl Cuboid {
 }
 
 impl Shape for Cuboid {
+    fn curvature(&self) -> Curvature {
+        self.as_polyhedron().expect("flat faces").curvature()
+    }
+
     fn kind(&self) -> &'static str {
         "cuboid"
     }

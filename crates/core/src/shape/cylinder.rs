@@ -1,7 +1,7 @@
 //! The circular cylinder with flat ends: everything in closed form.
 
 use super::error::check_size;
-use super::{Shape, ShapeError, SurfaceMesh, row, surface};
+use super::{Curvature, Shape, ShapeError, SurfaceMesh, row, surface};
 use crate::math::{Quat, Vec3};
 use std::f64::consts::PI;
 
@@ -74,6 +74,21 @@ impl Shape for Cylinder {
         let across = Vec3::new(direction.x, direction.y, 0.0);
         let rim = across.try_normalize(0.0).unwrap_or_else(Vec3::zeros) * self.radius;
         rim + Vec3::new(0.0, 0.0, if direction.z < 0.0 { -self.half } else { self.half })
+    }
+
+    fn as_cylinder(&self) -> Option<(f64, f64)> {
+        Some((self.radius, self.half))
+    }
+
+    fn curvature(&self) -> Curvature {
+        let (side, rims) = (2.0 * PI * self.half, PI * PI * self.radius);
+        let area = 2.0 * PI * self.radius * (self.radius + 2.0 * self.half);
+        Curvature {
+            mean: (side + rims) / area,
+            // Only the side, which is moved in by its own curvature.
+            smooth: 0.0,
+            sharpness: libm::cbrt(self.volume()) * 2.0 * PI * self.radius / area,
+        }
     }
 
     fn bounds(&self, orientation: &Quat) -> (Vec3, Vec3) {

@@ -5,7 +5,7 @@ mod nearest;
 mod width;
 
 use super::hull::{self, Hull};
-use super::{Shape, ShapeError, SurfaceMesh, row};
+use super::{Curvature, Shape, ShapeError, SurfaceMesh, row};
 use crate::math::{Quat, Vec3, bounding_box, furthest};
 use nearest::Features;
 use std::collections::BTreeSet;
@@ -48,6 +48,9 @@ pub struct Placement {
     /// From the body frame to the frame of the input.
     pub rotation: Quat,
 }
+
+/// Largest `tan^2(t/2)` of a turn `t` of the normal at an edge that [`Curvature::sharpness`] takes into account.
+const SHARPEST: f64 = 4.0;
 
 impl Polyhedron {
     /// A box with these edges (m).
@@ -130,21 +133,19 @@ impl Polyhedron {
             let offset = vertices.iter().map(|v| v.dot(&normal)).fold(f64::NEG_INFINITY, f64::max);
             faces.push(Face { normal, offset, corners });
         }
+        // What a cell has of faces that nearly continue each other is found before faces cut it at a sharper angle.
+        let smooth: Vec<bool> = {
+            let edges = width::edges(&vertices, &faces);
+            let gentle = |e: &&width::Edge| e.normals[0].dot(&e.normals[1]) > 0.8;
+            let bits = |normal: Vec3| <[f64; 3]>::from(normal).map(f64::to_bits);
+            let gentle: BTreeSet<[u64; 3]> =
+                edges.iter().filter(gentle).flat_map(|e| e.normals.map(bits)).collect();
+            faces.iter().map(|face| gentle.contains(&bits(face.normal))).collect()
+        };
+        let mut order: Vec<usize> = (0..faces.len()).collect();
+        order.sort_by_key(|&n| !smooth[n]);
+        let faces = order.into_iter().map(|n| faces[n].clone()).collect();
         Ok(Self::assemble(vertices, faces))
-    }
-
-    /// Sharpness of the edges relative to a cube: `V^(1/3) sum L (1 - cos t) / (2 A)` over edges of length `L` at
-    /// which the normals turn by `t`; `V` volume, `A` area. Falls to 0 for polyhedra that come near to smooth bodies.
-    pub fn sharpness(&self) -> f64 {
-        let mut area = 0.0;
-        for face in &self.faces {
-            for [a, b, c] in fan(face).map(|corners| corners.map(|i| self.vertices[i as usize])) {
-                area += 0.5 * (b - a).cross(&(c - a)).dot(&face.normal);
-            }
-        }
-        let edges = width::edges(&self.vertices, &self.faces);
-        let sum: f64 = edges.iter().map(|e| e.along.norm() * (1.0 - e.normals[0].dot(&e.normals[1]))).sum();
-        libm::cbrt(self.volume) * sum / (2.0 * area)
     }
 
     /// Computes the quantities that are stored.
@@ -188,6 +189,28 @@ fn is_closed(loops: &[Vec<u32>]) -> bool {
 }
 
 impl Shape for Polyhedron {
+    fn curvature(&self) -> Curvature {
+        let mut area = 0.0;
+        for face in &self.faces {
+            for [a, b, c] in fan(face).map(|corners| corners.map(|i| self.vertices[i as usize])) {
+                area += 0.5 * (b - a).cross(&(c - a)).dot(&face.normal);
+            }
+        }
+        let (mut mean, mut smooth, mut sharpness) = (0.0, 0.0, 0.0);
+        for edge in width::edges(&self.vertices, &self.faces) {
+            let cosine = edge.normals[0].dot(&edge.normals[1]).clamp(-1.0, 1.0);
+            let (length, turn) = (edge.along.norm(), libm::acos(cosine));
+            mean += 0.5 * length * turn;
+            smooth += 0.5 * length * turn * cosine.max(0.0);
+            sharpness += 0.25 * length * (1.0 - cosine + ((1.0 - cosine) / (1.0 + cosine)).min(SHARPEST));
+        }
+        Curvature {
+            mean: mean / area,
+            smooth: smooth / area,
+            sharpness: libm::cbrt(self.volume) * sharpness / area,
+        }
+    }
+
     fn kind(&self) -> &'static str {
         "polyhedron"
     }

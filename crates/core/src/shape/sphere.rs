@@ -1,6 +1,6 @@
 //! The sphere: everything in closed form.
 
-use super::{Shape, SurfaceMesh, surface};
+use super::{Curvature, Shape, SurfaceMesh, surface};
 use crate::math::{Quat, Vec3};
 use std::f64::consts::PI;
 
@@ -54,6 +54,10 @@ impl Shape for Sphere {
         let radius = self.radius + growth;
         let square = radius * radius - y * y - z * z;
         (radius > 0.0 && square >= 0.0).then(|| (-square.sqrt(), square.sqrt()))
+    }
+
+    fn curvature(&self) -> Curvature {
+        Curvature { mean: 1.0 / self.radius, smooth: 1.0 / self.radius, sharpness: 0.0 }
     }
 
     fn as_sphere(&self) -> Option<f64> {

@@ -4,6 +4,7 @@ use super::*;
 use crate::math::Mat3;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use std::f64::consts::PI;
 use std::fmt::Write as _;
 
 /// All kinds, in millimetres, also at the rims of what is allowed.
@@ -471,18 +472,43 @@ fn a_cube_is_the_same_as_cuboid_and_as_polyhedron() {
 #[test]
 fn edges_are_as_sharp_as_those_of_a_cube_whatever_its_size_and_fade_out_on_the_way_to_a_sphere() {
     let cube = Polyhedron::cuboid(Vec3::repeat(0.7));
-    assert!((cube.sharpness() - 1.0).abs() < 1e-12);
+    assert!((cube.curvature().sharpness - 1.0).abs() < 1e-12);
     // Edges of a tetrahedron of edge 1: normals turn by acos(-1/3); volume 1 / (6 sqrt 2), area sqrt 3.
     let corners = [[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]];
     let tetrahedron = Polyhedron::hull(&corners.map(Vec3::from), 1e-9).unwrap().0;
-    let exact = (6.0 * 2.0_f64.sqrt()).cbrt().recip() * 6.0 * (4.0 / 3.0) / (2.0 * 3.0_f64.sqrt());
-    assert!((tetrahedron.sharpness() - exact).abs() < 1e-12);
+    let exact =
+        (6.0 * 2.0_f64.sqrt()).cbrt().recip() * 6.0 * (0.5 * (4.0 / 3.0 + 2.0)) / (2.0 * 3.0_f64.sqrt());
+    assert!((tetrahedron.curvature().sharpness - exact).abs() < 1e-12);
     let of = |refinement| {
         let mesh = Sphere { radius: 2.0 }.surface_mesh(refinement);
-        Polyhedron::hull(&mesh.points, 1e-9).unwrap().0.sharpness()
+        Polyhedron::hull(&mesh.points, 1e-9).unwrap().0.curvature().sharpness
     };
     let [coarse, fine] = [of(2), of(3)];
     assert!(fine < 0.6 * coarse && coarse < 0.5, "{coarse} {fine}");
+}
+
+#[test]
+fn the_mean_curvature_of_a_prism_with_many_sides_is_that_of_its_cylinder_and_of_a_hull_of_many_points_that_of_its_sphere()
+ {
+    let corners = (0..256).flat_map(|k| {
+        let (sin, cos) = (2.0 * PI * f64::from(k) / 256.0).sin_cos();
+        [-0.5, 0.5].map(|z| Vec3::new(cos, sin, 3.0 * z))
+    });
+    let prism = Polyhedron::hull(&corners.collect::<Vec<_>>(), 1e-9).unwrap().0.curvature();
+    // Side: radius 1, length 3. Rims: two quarter turns around a length of 2 pi each.
+    let (side, rims, area) = (3.0 * PI, PI * PI, 8.0 * PI);
+    let cylinder = Cylinder::new(1.0, 3.0).unwrap().curvature();
+    assert!((cylinder.mean - (side + rims) / area).abs() < 1e-12);
+    assert!((prism.mean / cylinder.mean - 1.0).abs() < 1e-3, "{prism:?} {cylinder:?}");
+    assert!((prism.smooth - side / area).abs() < 1e-3, "{prism:?}");
+    assert!((prism.sharpness / cylinder.sharpness - 1.0).abs() < 0.03, "{prism:?} {cylinder:?}");
+
+    let mesh = Sphere { radius: 2.0 }.surface_mesh(3);
+    let hull = Polyhedron::hull(&mesh.points, 1e-9).unwrap().0.curvature();
+    let ball = Ellipsoid::new(Vec3::repeat(2.0)).unwrap().curvature();
+    for round in [hull.mean, hull.smooth, ball.mean, ball.smooth, Sphere { radius: 2.0 }.curvature().mean] {
+        assert!((round - 0.5).abs() < 0.01, "{round}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Volume fractions of cells that curved surfaces cut.
 
-use super::volume_fraction::{LEAST, Normal, at_least, behind_plane};
+use super::volume_fraction::{LEAST, Normal, at_least, behind_plane, curved};
 use crate::coupling::cover::{Intervals, Rows, Surface, load, store};
 use crate::coupling::mapper::{HALF_DIAGONAL, Mapper};
 use crate::fluid::GROUP;
@@ -222,6 +222,49 @@ impl Surface for SmoothSurface<'_> {
             let distance = shape.signed_distance(point) * per_dx + shift;
             let normal: [f64; 3] = to_body.tr_mul(&shape.gradient(point)).into();
             behind_plane(distance as f32, normal.map(|x| x as f32))
+        })
+    }
+}
+
+/// A cylinder: what is behind its side, taken as a plane in each cell, and between its ends.
+pub(super) struct CylinderSurface<'a> {
+    mapper: &'a Mapper,
+    /// Radius and half length (cells), as moved; the side also by its curvature.
+    radius: f64,
+    half: f64,
+}
+
+impl<'a> CylinderSurface<'a> {
+    /// A cylinder of this radius and half length (m).
+    pub(super) fn new(mapper: &'a Mapper, radius: f64, half: f64) -> Self {
+        let [radius, half] = [radius, half].map(|x| x * mapper.per_dx - mapper.shift);
+        Self { mapper, radius: radius - curved(1.0 / radius), half }
+    }
+}
+
+impl Surface for CylinderSurface<'_> {
+    fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
+        self.mapper.rows(y, z)
+    }
+
+    fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
+        let Mapper { to_body, motion, .. } = self.mapper;
+        let axis: Vec3 = to_body.row(2).transpose();
+        let end = Normal::unit([axis.x as f32, axis.y as f32, axis.z as f32]);
+        n.map(|n| {
+            let point = Vec3::new(f64::from(n) - motion.centre[0], y, z);
+            let along = axis.dot(&point);
+            let outwards = point - axis * along;
+            let distance = outwards.norm();
+            let (side, over) = (distance - self.radius, along.abs() - self.half);
+            let (beside, beyond) = (side.max(0.0), over.max(0.0));
+            if beside * beside + beyond * beyond >= HALF_DIAGONAL * HALF_DIAGONAL {
+                return 0.0;
+            }
+            let normal: [f64; 3] = (outwards / distance.max(f64::from(NEAR))).into();
+            // Normals at right angles.
+            let between = end.behind(over as f32) - end.behind((along.abs() + self.half) as f32);
+            between * behind_plane(side as f32, normal.map(|x| x as f32))
         })
     }
 }

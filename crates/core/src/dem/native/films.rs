@@ -5,6 +5,7 @@ use crate::comm::Comm;
 use crate::contact::ContactModel;
 use crate::contact::law::Action;
 use crate::contact::lubrication::{Film, Lubrication, Mobility, Rates, Side};
+use crate::contact::nearest::{Ellipsoidal, Gap};
 use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::wall::{Surface, Wall};
@@ -28,35 +29,92 @@ pub(super) struct Acting {
     pub(super) lever: Vec3,
 }
 
+/// A film in its place.
+struct Placed {
+    film: Film,
+    /// Unit normal, from the first body to the second.
+    normal: Vec3,
+    /// From the centre of the first body to the middle of the gap (m).
+    lever: Vec3,
+    /// From that centre to the surface of the second body (m).
+    foot: Vec3,
+}
+
+impl Placed {
+    fn new(film: Film, gap: &Gap) -> Self {
+        let Gap { normal, width, points: [point, _], .. } = *gap;
+        Self { film, normal, lever: point + normal * (0.5 * width), foot: point + normal * width }
+    }
+}
+
 impl ContactContext {
     fn mobility(&self, particle: &Particle) -> Mobility {
         let TemplateConstants { inertia, motion, .. } = self.constants(particle);
         Mobility {
             mass: if motion.holds_centre() { 0.0 } else { 1.0 / inertia.mass },
-            moment: if motion.free_rotation { 1.0 / inertia.moments.x } else { 0.0 },
+            moments: if motion.free_rotation {
+                inertia.moments.map(|moment| 1.0 / moment)
+            } else {
+                Vec3::zeros()
+            },
+            orientation: particle.orientation(),
         }
     }
 
-    /// The radius (m) of a particle that has films: a sphere.
+    /// The radius (m) of a sphere.
     fn film_radius(&self, particle: &Particle) -> Option<f64> {
         self.constants(particle).shape.shape.as_sphere()
     }
 
+    /// A body with films, sphere or not.
+    fn ellipsoidal(&self, particle: &Particle) -> Option<Ellipsoidal> {
+        let shape = &self.constants(particle).shape.shape;
+        let semi_axes = shape.as_ellipsoid().or(shape.as_sphere().map(Vec3::repeat))?;
+        Some(Ellipsoidal::new(semi_axes, &particle.orientation()))
+    }
+
     /// The film between two particles, `offset` (m) from the first to the second.
-    fn film(&self, lubrication: &Lubrication, pair: [&Particle; 2], offset: Vec3) -> Option<Film> {
-        let [a, b] = pair.map(|particle| self.film_radius(particle));
-        let radii = [a?, b?];
-        let reach = radii[0] + radii[1] + lubrication.range();
+    fn film(&self, lubrication: &Lubrication, pair: [&Particle; 2], offset: Vec3) -> Option<Placed> {
+        let reach = pair.map(|particle| self.constants(particle).shape.shape.circumradius());
+        let reach = reach[0] + reach[1] + lubrication.range();
         if offset.norm_squared() >= reach * reach {
             return None;
         }
-        lubrication.film(radii, offset.norm() - radii[0] - radii[1])
+        let distance = offset.norm();
+        if let [Some(a), Some(b)] = pair.map(|particle| self.film_radius(particle)) {
+            let film = lubrication.film([a, b], distance - a - b)?;
+            let normal = offset / distance;
+            return Some(Placed {
+                film,
+                normal,
+                lever: normal * (0.5 * (distance + a - b)),
+                foot: normal * (distance - b),
+            });
+        }
+        let [first, second] = pair.map(|particle| self.ellipsoidal(particle));
+        let gap = first?.gap(&second?, offset, lubrication.range())?;
+        Some(Placed::new(lubrication.squeezed(&gap, false)?, &gap))
     }
 
     /// The film between a particle and the surface of a wall.
-    fn wall_film(&self, lubrication: &Lubrication, particle: &Particle, surface: &Surface) -> Option<Film> {
-        let radius = self.film_radius(particle)?;
-        lubrication.film([radius, f64::INFINITY], surface.distance(particle.position()) - radius)
+    fn wall_film(&self, lubrication: &Lubrication, particle: &Particle, surface: &Surface) -> Option<Placed> {
+        let (centre, range) = (particle.position(), lubrication.range());
+        let distance = surface.distance(centre);
+        if let Some(radius) = self.film_radius(particle) {
+            let film = lubrication.film([radius, f64::INFINITY], distance - radius)?;
+            let normal = -surface.normal(centre);
+            return Some(Placed {
+                film,
+                normal,
+                lever: normal * (0.5 * (distance + radius)),
+                foot: normal * distance,
+            });
+        }
+        if distance >= self.constants(particle).shape.shape.circumradius() + range {
+            return None;
+        }
+        let gap = self.ellipsoidal(particle)?.gap_to_wall(&surface.seen_from(centre), range)?;
+        Some(Placed::new(lubrication.squeezed(&gap, true)?, &gap))
     }
 
     /// Sums of the rates of the films of each particle, ghosts included; none without lubrication. An owner has all bodies near its
@@ -88,7 +146,7 @@ impl ContactContext {
             }
             let pair = [i, j].map(|k| &store.particles[k]);
             let offset = domain.nearest_image(positions[q] - positions[p]);
-            if let Some(film) = self.film(lubrication, pair, offset) {
+            if let Some(Placed { film, .. }) = self.film(lubrication, pair, offset) {
                 let [first, second] = film.rates(pair.map(|particle| self.mobility(particle)));
                 add(i, first);
                 add(j, second);
@@ -98,7 +156,7 @@ impl ContactContext {
         for wall in &self.params.walls {
             let surface = wall.surface_at(time);
             for (i, particle) in store.owned().iter().enumerate() {
-                if let Some(film) = self.wall_film(lubrication, particle, &surface) {
+                if let Some(Placed { film, .. }) = self.wall_film(lubrication, particle, &surface) {
                     add(i, film.rates([self.mobility(particle), Mobility::default()])[0]);
                 }
             }
@@ -164,12 +222,9 @@ impl ContactContext {
         (rates, dt): (&[Rates], f64),
     ) -> Option<Acting> {
         let pair = [i, j].map(|k| &self.local.store.particles[k]);
-        let film = self.film(model.lubrication.as_ref()?, pair, offset)?;
-        let distance = offset.norm();
-        let [a, b] = pair.map(|particle| self.film_radius(particle).unwrap_or_default());
-        let normal = offset / distance;
+        let Placed { film, normal, lever, .. } = self.film(model.lubrication.as_ref()?, pair, offset)?;
         let action = film.act(normal, [&self.side(i, rates, dt), &self.side(j, rates, dt)], self.span(dt));
-        Some(Acting { action, normal, lever: normal * (0.5 * (distance + a - b)) })
+        Some(Acting { action, normal, lever })
     }
 
     /// What the film between a particle and a wall does, whose surface is the one given at `time` (s).
@@ -181,12 +236,11 @@ impl ContactContext {
         (rates, dt): (&[Rates], f64),
     ) -> Option<Acting> {
         let particle = &self.local.store.particles[i];
-        let film = self.wall_film(model.lubrication.as_ref()?, particle, surface)?;
-        let (centre, radius) = (particle.position(), self.film_radius(particle)?);
-        let (distance, normal) = (surface.distance(centre), -surface.normal(centre));
-        let velocity = wall.velocity(centre + normal * distance, time);
+        let Placed { film, normal, lever, foot } =
+            self.wall_film(model.lubrication.as_ref()?, particle, surface)?;
+        let velocity = wall.velocity(particle.position() + foot, time);
         let still = Side { velocity, spin: Vec3::zeros(), rates: [0.0; 2] };
         let action = film.act(normal, [&self.side(i, rates, dt), &still], self.span(dt));
-        Some(Acting { action, normal, lever: normal * (0.5 * (distance + radius)) })
+        Some(Acting { action, normal, lever })
     }
 }
