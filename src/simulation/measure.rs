@@ -52,7 +52,9 @@ impl Simulation {
     /// # let mut simulation = turbid::Builder::example().build()?;
     /// simulation.advance(8)?;
     /// let flow = simulation.measure().mean;
-    /// assert!((flow.solid_fraction - std::f64::consts::PI / 6.0 / 64.0).abs() < 1e-4);
+    /// let volume_fraction = std::f64::consts::PI / 6.0 / 64.0;
+    /// // The surface lies where the fluid feels it, within a tenth of a cell of the body's own.
+    /// assert!((flow.solid_fraction / volume_fraction - 1.0).abs() < 0.05);
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn measure(&mut self) -> Measurement {

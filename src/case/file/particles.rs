@@ -27,8 +27,8 @@ pub struct ParticleSection {
     /// "free", "fixed", or prescribed velocities, `{ velocity = [...], angular_velocity = [...], free = [...] }`. `series.csv` has
     /// the force and torque on the fixed and prescribed bodies of a section. Default "free".
     pub motion: Option<MotionSection>,
-    /// Solid volume over volume of the box (-), at most 0.35: random positions and orientations.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.35))]
+    /// Solid volume over volume of the box (-), at most 0.45: random positions and orientations.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.45))]
     pub volume_fraction: Option<f64>,
     /// Number of particles: random positions and orientations.
     pub count: Option<u64>,

@@ -61,17 +61,20 @@ pub struct Lubrication {
 ///
 /// ```text
 /// fade = 1 - (x / range)^4
-/// M = fade / (1 + linear x + square r x^2)
+/// M = fade / (1 + (linear + curved min(1/r, 1/2)) x + square r x^2)
 /// Lambda_s = fade ln(1 + sliding / x),   Lambda_r = fade ln(1 + rolling / x)
 /// ```
 ///
-/// Fitted to forces on held spheres (`validation/lubrication`).
+/// Fitted to forces on held spheres (`validation/lubrication`). `curved` is there because the fluid feels surfaces the further out the more they
+/// are curved, up to that of a sphere 8 cells across (`SurfaceShift` of the coupling); `1/r` is the sum of the mean curvatures of two spheres.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Unresolved {
     /// Gap from which on nothing is missing (cells).
     pub range: f64,
     /// Decay of the normal part with the gap, between two bodies and at a wall (-).
     pub linear: [f64; 2],
+    /// What strongly curved surfaces add to it (-).
+    pub curved: f64,
     /// Its decay with the square of the gap (-).
     pub square: f64,
     /// Strength of the sliding part, between two bodies and at a wall (-).
@@ -82,8 +85,14 @@ pub struct Unresolved {
 
 impl Unresolved {
     /// With partially saturated cells, for relaxation times from 0.53 to 1.
-    pub const SATURATED: Self =
-        Self { range: 3.0, linear: [2.7; 2], square: 0.85, sliding: [0.16, 0.0], rolling: [0.65, 0.29] };
+    pub const SATURATED: Self = Self {
+        range: 3.0,
+        linear: [0.6, 2.0],
+        curved: 6.0,
+        square: 0.85,
+        sliding: [0.16, 0.0],
+        rolling: [0.65, 0.29],
+    };
 
     /// With homogenised cells, whose surface lies deeper in the body the longer the relaxation time is (time steps, 0.53 to 1).
     pub fn homogenised(relaxation_time: f64) -> Self {
@@ -92,6 +101,7 @@ impl Unresolved {
         Self {
             range: 3.0,
             linear: [0.44 / depth, 0.7 / depth],
+            curved: 0.0,
             square: 0.067 / square,
             sliding: [0.7 * depth, 0.28 * depth],
             rolling: [2.1 * depth, 0.78 * depth],
@@ -176,10 +186,11 @@ impl Lubrication {
         let wall = usize::from(is_wall);
         let open = gap.max(self.roughness);
         let cells = open / self.cell;
-        let Unresolved { range, linear, square, sliding, rolling } = self.unresolved;
+        let Unresolved { range, linear, curved, square, sliding, rolling } = self.unresolved;
         let part = (cells / range) * (cells / range);
         let unit = PI * self.viscosity * reduced * (1.0 - part * part).max(0.0);
-        let decay = 1.0 + cells * (linear[wall] + square * (reduced / self.cell) * cells);
+        let linear = linear[wall] + curved * (self.cell / reduced).min(0.5);
+        let decay = 1.0 + cells * (linear + square * (reduced / self.cell) * cells);
         [
             6.0 * unit * reduced / (open * decay),
             2.0 * unit * libm::log1p(sliding[wall] / cells),
@@ -240,8 +251,14 @@ mod tests {
     /// Everything singular is missing, and both logarithms are `log`.
     fn everything(cell: f64, gap: f64, log: f64) -> Lubrication {
         let strength = [libm::expm1(log) * gap / cell; 2];
-        let unresolved =
-            Unresolved { range: 1e9, linear: [0.0; 2], square: 0.0, sliding: strength, rolling: strength };
+        let unresolved = Unresolved {
+            range: 1e9,
+            linear: [0.0; 2],
+            curved: 0.0,
+            square: 0.0,
+            sliding: strength,
+            rolling: strength,
+        };
         Lubrication { viscosity: VISCOSITY, roughness: 0.0, cell, unresolved }
     }
 
