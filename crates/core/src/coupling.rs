@@ -16,6 +16,8 @@ mod cover;
 mod driving;
 mod faces;
 mod homogenised;
+#[cfg(feature = "gpu")]
+mod images;
 mod light;
 mod mapper;
 mod method;
@@ -26,7 +28,9 @@ mod walls;
 use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
-use crate::fluid::{Body, CoverCount, ExchangeSum, Fluid, Population, RigidMotion, RowSegments, Simd};
+use crate::fluid::{
+    Body, CoverCount, ExchangeSum, Fluid, Images, Population, RigidMotion, RowSegments, Simd,
+};
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
 use crate::units::Units;
@@ -35,7 +39,7 @@ use cover::Cover;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
 pub use light::VirtualMass;
-use mapper::Mapper;
+use mapper::{Image, Mapper};
 pub use method::Method;
 #[cfg(test)]
 pub(crate) use method::sweep_alone;
@@ -86,6 +90,10 @@ pub struct Coupling {
     swept_means: Vec<Load>,
     /// Scratch of [`map`](Self::map).
     cover: Cover,
+    /// What a device gets of the bodies, if one computes the fluid; the cells they cover are then found only to be looked at.
+    images: Option<Images>,
+    /// The cells of the present bodies are found.
+    found: bool,
 }
 
 /// Index of a particle that is not in a list.
@@ -129,6 +137,22 @@ impl Coupling {
             virtual_masses: Vec::new(),
             swept_means: Vec::new(),
             cover: Cover::default(),
+            images: None,
+            found: false,
+        }
+    }
+
+    /// Prepares the bodies for a device from now on; returns the number of the operator. Only partially saturated cells are computed there.
+    #[cfg(feature = "gpu")]
+    fn use_device(&mut self) -> u32 {
+        let Method::Saturated(Saturated { operator, .. }) = self.params.method else {
+            panic!("a case with another method is refused");
+        };
+        self.images = Some(Images::default());
+        match operator {
+            SolidOperator::Sc1 => 1,
+            SolidOperator::Sc2 => 2,
+            SolidOperator::Sc3 => 3,
         }
     }
 
@@ -140,7 +164,7 @@ impl Coupling {
 
     /// Finds the cells of the block that every particle covers, with all its periodic images.
     pub fn map(&mut self, particles: &ParticleStore) {
-        let ([_, ny, nz], params) = (self.block.size(), &self.params);
+        let params = &self.params;
         let dx = params.units.dx;
         if self.shifts.len() != particles.templates.len() {
             let shift =
@@ -161,19 +185,48 @@ impl Coupling {
             self.mappers.push(Mapper::new(shape, particle.orientation(), body.motion, params, shift));
             self.bodies.push(body);
         }
-        // Ascending ids, so that cells shared by several particles combine in the same order on every rank.
+        self.found = false;
+        #[cfg(feature = "gpu")]
+        if let Some(mut images) = self.images.take() {
+            images.clear();
+            self.each_image(|mapper, image| {
+                images.add(mapper, image, |cover| {
+                    with_method!(self.params.method, method => method.cover(mapper, image, cover, self.params.simd));
+                });
+            });
+            self.images = Some(images);
+            return;
+        }
+        self.find_cells();
+    }
+
+    /// Calls `visit` with all images of bodies that may touch the block, in ascending order of ids, so that cells shared by several
+    /// particles combine in the same order on every rank.
+    fn each_image(&self, mut visit: impl FnMut(&Mapper, &Image)) {
         let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
         order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
-        self.cover.begin(&mut self.segments);
         for i in order {
             let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
             mapper.each_image(&self.decomposition.domain, self.block, reference, i, |image| {
-                with_method!(params.method, method => {
-                    method.cover(mapper, image, &mut self.cover, params.simd);
-                });
+                visit(mapper, image)
             });
         }
-        self.segments.sort(ny * nz, &self.cover.added, std::mem::take(&mut self.cover.cut));
+    }
+
+    /// Finds the cells of the mapped bodies, if they are not known yet.
+    fn find_cells(&mut self) {
+        if self.found {
+            return;
+        }
+        let ([_, ny, nz], params) = (self.block.size(), &self.params);
+        let mut cover = std::mem::take(&mut self.cover);
+        cover.begin(&mut self.segments);
+        self.each_image(|mapper, image| {
+            with_method!(params.method, method => method.cover(mapper, image, &mut cover, params.simd));
+        });
+        self.segments.sort(ny * nz, &cover.added, std::mem::take(&mut cover.cut));
+        self.cover = cover;
+        self.found = true;
     }
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
@@ -343,6 +396,8 @@ fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
 
 #[cfg(test)]
 mod contact_tests;
+#[cfg(all(test, feature = "gpu"))]
+mod device_tests;
 #[cfg(test)]
 mod shape_tests;
 #[cfg(test)]

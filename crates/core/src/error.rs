@@ -92,6 +92,14 @@ pub enum Error {
         /// Message of the engine, or the end of its process.
         what: String,
     },
+    /// The device that computes the fluid failed while the run was under way.
+    #[error("the device {name} failed: {what}")]
+    Device {
+        /// Name of the device.
+        name: String,
+        /// Message of its driver.
+        what: String,
+    },
     /// Failure of one rank, with the text on which all ranks agreed.
     #[error("{text}")]
     Agreed {
@@ -118,7 +126,7 @@ impl Error {
     /// was stopped.
     pub fn exit_code(&self) -> i32 {
         match self {
-            Self::Diverged { .. } | Self::Engine { .. } => 3,
+            Self::Diverged { .. } | Self::Engine { .. } | Self::Device { .. } => 3,
             Self::Interrupted => 4,
             Self::Agreed { code, .. } => *code,
             _ => 2,

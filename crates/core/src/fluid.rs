@@ -7,8 +7,11 @@
 
 mod bodies;
 mod buffer;
+#[cfg(feature = "gpu")]
+mod device;
 mod dispatch;
 mod halo;
+mod images;
 pub(crate) mod kernel;
 mod layout;
 mod measure;
@@ -31,6 +34,8 @@ pub use dispatch::Real;
 #[doc(hidden)]
 pub use dispatch::Sweep;
 use halo::FluidHalo;
+pub(crate) use images::INTS as IMAGE_INTS;
+pub use images::Images;
 use kernel::Measured;
 use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
@@ -125,12 +130,19 @@ pub struct Flow {
     pub fault: Option<([usize; 3], f64)>,
 }
 
+#[cfg(not(feature = "gpu"))]
+use buffer::Buffer as Populations;
+#[cfg(feature = "gpu")]
+use device::Populations;
+
 /// The fluid of one block.
 pub struct Fluid<S: Population> {
     domain: Domain,
     block: Block,
     layout: Layout,
-    populations: Buffer<S>,
+    populations: Populations<S>,
+    #[cfg(feature = "gpu")]
+    device: Option<device::DeviceFluid<S>>,
     phase: AaPhase,
     solid_row: SolidRow<S::Number>,
     halo: FluidHalo<S>,
@@ -175,7 +187,9 @@ impl<S: Population> Fluid<S> {
         let row = layout.chunks_per_row() * CHUNK;
         let mut fluid = Self {
             block,
-            populations,
+            populations: populations.into(),
+            #[cfg(feature = "gpu")]
+            device: None,
             phase: AaPhase::Even,
             solid_row: SolidRow::new(layout.chunks_per_row()),
             halo,
@@ -193,6 +207,37 @@ impl<S: Population> Fluid<S> {
         };
         fluid.walls.begin(&fluid.layout, &mut fluid.populations);
         Ok(fluid)
+    }
+
+    /// Computes this fluid on a device from now on, with partially saturated cells of an operator (1 to 3).
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if the device has not the memory, or if its compiler refuses the kernels.
+    #[cfg(feature = "gpu")]
+    pub fn use_device(
+        &mut self,
+        device: &crate::device::Device,
+        precision: Precision,
+        operator: u32,
+    ) -> Result<()> {
+        let Self { layout, domain, block, walls, halo, wrap_x, populations, .. } = self;
+        let host = device::Host { layout, domain, block: *block, walls, halo, wrap_x: *wrap_x };
+        self.device = Some(device::DeviceFluid::new(device, precision, operator, &host, populations)?);
+        Ok(())
+    }
+
+    /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.
+    #[cfg(feature = "gpu")]
+    pub fn device_traffic(&self) -> Option<u64> {
+        self.device.as_ref().map(|device| device.transferred)
+    }
+
+    /// A failure of the device since the last call.
+    pub fn take_failure(&mut self) -> Option<crate::Error> {
+        #[cfg(feature = "gpu")]
+        return self.device.as_ref().and_then(device::DeviceFluid::take_failure);
+        #[cfg(not(feature = "gpu"))]
+        None
     }
 
     /// The block of cells.
@@ -241,6 +286,14 @@ impl<S: Population> Fluid<S> {
         solids: &mut BlockSolids<M>,
         measure: bool,
     ) -> Option<Flow> {
+        #[cfg(feature = "gpu")]
+        if let Some(device) = &mut self.device {
+            let row = dispatch::parameters_of(self.relaxation_times, acceleration);
+            let images = solids.images.expect("the images of bodies for a device");
+            let flow = device.sweep(&mut self.populations, self.phase, row, images, solids.bodies, measure);
+            self.phase = self.phase.next();
+            return flow;
+        }
         let mut flow = measure.then(Flow::default);
         let entered = self.phase.next();
         if self.order.has_first() {
@@ -274,6 +327,10 @@ impl<S: Population> Fluid<S> {
 
     /// Completes a sweep: populations arrive from the neighbouring blocks, and walls send them back. Collective.
     pub fn exchange(&mut self) {
+        #[cfg(feature = "gpu")]
+        if let Some(device) = &mut self.device {
+            return device.exchange(&mut self.populations, &mut self.halo, self.phase);
+        }
         self.halo.exchange(&mut self.populations, self.phase);
         self.walls.bounce_late(self.phase, &mut self.populations);
     }

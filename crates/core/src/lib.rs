@@ -12,13 +12,15 @@
 //! physics   fluid             |     dem
 //! parts     lattice           |     contact -> particle -> shape   wall
 //! space     domain            comm
-//! words     math   units   error   memory   timing
+//! words     math   units   error   memory   timing   device
 //! ```
 
 pub mod comm;
 pub mod contact;
 pub mod coupling;
 pub mod dem;
+#[cfg(feature = "gpu")]
+pub mod device;
 pub mod domain;
 pub mod error;
 pub mod fluid;

@@ -65,6 +65,28 @@ impl AnyFluid {
         }
     }
 
+    /// Computes on a device from now on, together with its coupling.
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) if the device has not the memory, or if its compiler refuses the kernels.
+    #[cfg(feature = "gpu")]
+    pub fn use_device(&mut self, device: &crate::device::Device, coupling: &mut Coupling) -> Result<()> {
+        let operator = coupling.use_device();
+        let precision = self.precision();
+        either!(self, fluid => fluid.use_device(device, precision, operator))
+    }
+
+    /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.
+    #[cfg(feature = "gpu")]
+    pub fn device_traffic(&self) -> Option<u64> {
+        either!(self, fluid => fluid.device_traffic())
+    }
+
+    /// A failure of the device since the last call.
+    pub fn take_failure(&mut self) -> Option<crate::Error> {
+        either!(self, fluid => fluid.take_failure())
+    }
+
     /// The block of cells.
     pub fn block(&self) -> Block {
         either!(self, fluid => fluid.block())

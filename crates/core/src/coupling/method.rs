@@ -7,7 +7,8 @@ use super::mapper::{Image, Mapper};
 use super::saturated::Saturated;
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, CellState, ExchangeSum, Flow, Fluid, Population, RigidMotion, RowSegments, Simd, SolidModel,
+    BlockSolids, CellState, ExchangeSum, Flow, Fluid, Images, Population, RigidMotion, RowSegments, Simd,
+    SolidModel,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -103,7 +104,12 @@ pub(super) trait CouplingMethod: SolidModel {
 impl Coupling {
     /// The mapped particles as the fluid sees them.
     fn solids<M: CouplingMethod>(&mut self, model: M) -> BlockSolids<'_, M> {
-        BlockSolids { segments: &self.segments, bodies: &mut self.bodies, model }
+        BlockSolids {
+            segments: &self.segments,
+            bodies: &mut self.bodies,
+            model,
+            images: self.images.as_ref(),
+        }
     }
 
     /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
@@ -123,6 +129,7 @@ impl Coupling {
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
     /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
     pub fn measure<S: Population>(&mut self, fluid: &Fluid<S>) -> (Flow, [i128; 6]) {
+        self.find_cells();
         with_method!(self.params.method, method => fluid.measure(&self.solids(method)))
     }
 
@@ -134,6 +141,7 @@ impl Coupling {
         acceleration: [f64; 3],
         visit: &mut dyn FnMut(CellState),
     ) {
+        self.find_cells();
         with_method!(self.params.method, method => {
             fluid.each_cell(cells, acceleration, &self.solids(method), visit);
         });
@@ -150,6 +158,7 @@ pub(crate) fn sweep_alone<S: Population>(
         segments: &RowSegments::default(),
         bodies: &mut [],
         model: Homogenised { ramp: 1.0 },
+        images: Some(&Images::default()),
     };
     fluid.sweep(acceleration, solids, measure)
 }

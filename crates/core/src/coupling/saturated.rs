@@ -36,6 +36,8 @@ use crate::shape::{Curvature, Shape};
 use flat::FlatSurface;
 use round::{CylinderSurface, EllipsoidSurface, SmoothSurface, SphereSurface};
 use serde::{Deserialize, Serialize};
+#[cfg(feature = "gpu")]
+pub(super) use volume_fraction::face_numbers;
 
 /// Partially saturated cells.
 #[derive(Clone, Copy, Debug, PartialEq)]

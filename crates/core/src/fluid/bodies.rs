@@ -314,6 +314,8 @@ pub struct BlockSolids<'a, M> {
     pub bodies: &'a mut [Body],
     /// Collision of covered cells.
     pub model: M,
+    /// What a device gets in place of the covered cells.
+    pub images: Option<&'a super::Images>,
 }
 
 impl<M: SolidModel> BlockSolids<'_, M> {

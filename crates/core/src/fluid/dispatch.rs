@@ -133,16 +133,18 @@ unsafe fn sweep_block<
 
 /// Parameters of all rows of a block.
 pub(super) fn row_of<S: Population>(fluid: &Fluid<S>, acceleration: [f64; 3]) -> Row<S::Number> {
-    let number = S::Number::from_f64;
+    let [even, odd, x, y, z, above_half] = parameters_of(fluid.relaxation_times, acceleration);
     Row {
         chunks: fluid.layout.chunks_per_row(),
-        factors: RelaxationFactors {
-            even: number(1.0 - 1.0 / fluid.relaxation_times[0]),
-            odd: number(1.0 - 1.0 / fluid.relaxation_times[1]),
-        },
-        acceleration: acceleration.map(number),
-        above_half: number(fluid.relaxation_times[0] - 0.5),
+        factors: RelaxationFactors { even, odd },
+        acceleration: [x, y, z],
+        above_half,
     }
+}
+
+/// Factors of the relaxation of the even and the odd part, the acceleration, and `tau - 1/2`.
+pub(super) fn parameters_of<T: Real>([even, odd]: [f64; 2], [x, y, z]: [f64; 3]) -> [T; 6] {
+    [1.0 - 1.0 / even, 1.0 - 1.0 / odd, x, y, z, even - 0.5].map(T::from_f64)
 }
 
 /// Adds the first `nx` cells of a measured row, which begins at cell `at` of the box.
@@ -207,6 +209,23 @@ impl WrapX {
             *copy = ([at(to), at(from)], row);
         }
         Self { copies, size: [ny, nz] }
+    }
+
+    /// Slots of all copies of a block, to and from.
+    #[cfg(feature = "gpu")]
+    pub(super) fn slots(&self, layout: &Layout) -> [Vec<u64>; 2] {
+        let ([ny, nz], mut slots) = (self.size, [Vec::new(), Vec::new()]);
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            let cell = layout.cell(0, y, z);
+            for (pair, [dy, dz]) in &self.copies {
+                if (0..ny).contains(&(y + dy)) && (0..nz).contains(&(z + dz)) {
+                    for (slots, slot) in slots.iter_mut().zip(pair) {
+                        slots.push(cell.wrapping_add(*slot) as u64);
+                    }
+                }
+            }
+        }
+        slots
     }
 
     /// Wraps the row at `y, z`, whose first cell is `cell`.

@@ -66,6 +66,16 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
     (0..3).all(|a| decomposition.domain.periodic[a] || inside(a)).then(|| decomposition.rank_at(to))
 }
 
+/// All slots of some runs.
+#[cfg(feature = "gpu")]
+fn each_slot(runs: &[Run]) -> Vec<u64> {
+    let slots = |run: &Run| {
+        let Run { start, distance, count } = *run;
+        (0..count).map(move |k| (start + k * distance) as u64)
+    };
+    runs.iter().flat_map(slots).collect()
+}
+
 /// Messages that go together.
 pub(crate) struct Pattern<T> {
     messages: Vec<Message>,
@@ -98,6 +108,41 @@ impl<T: Pod + Send> Pattern<T> {
         }
         self.halo.start();
         self.under_way = true;
+    }
+
+    /// Slots of the numbers that are sent, and where those that come go, in the order of the messages.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn slots(&self, entered: AaPhase) -> [Vec<u64>; 2] {
+        let all = |of: fn(&Message, AaPhase) -> &[Run]| {
+            self.messages.iter().flat_map(|message| each_slot(of(message, entered))).collect()
+        };
+        [all(|message, entered| message.runs(entered).0), all(|message, entered| message.runs(entered).1)]
+    }
+
+    /// Sends numbers that a device has packed.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn send(&mut self, mut packed: &[T], entered: AaPhase) {
+        for (link, message) in self.messages.iter().enumerate() {
+            let count = message.runs(entered).0.iter().map(|run| run.count).sum();
+            let (now, rest) = packed.split_at(count);
+            self.halo.send(link).copy_from_slice(now);
+            packed = rest;
+        }
+        if !self.messages.is_empty() {
+            self.halo.start();
+        }
+    }
+
+    /// Numbers that came, for a device to unpack.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn receive(&mut self, packed: &mut Vec<T>) {
+        packed.clear();
+        if !self.messages.is_empty() {
+            self.halo.finish();
+            for link in 0..self.messages.len() {
+                packed.extend_from_slice(self.halo.received(link));
+            }
+        }
     }
 
     fn progress(&mut self) {
@@ -149,6 +194,13 @@ impl<T: Pod + Send> FluidHalo<T> {
     }
 
     /// Lets messages move on.
+    /// Slots that are copied within the block, to and from.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn own_slots(&self, entered: AaPhase) -> [Vec<u64>; 2] {
+        let (from, to) = self.own.runs(entered);
+        [each_slot(to), each_slot(from)]
+    }
+
     pub(crate) fn progress(&mut self) {
         self.early.progress();
         self.late.progress();

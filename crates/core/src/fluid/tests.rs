@@ -182,7 +182,7 @@ fn with_cubes<M: SolidModel, R>(
     }
     let mut segments = RowSegments::default();
     segments.sort(block.size()[1] * block.size()[2], &added, cut);
-    work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model })
+    work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model, images: None })
 }
 
 fn sweep_cubes<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3], method: Method) {

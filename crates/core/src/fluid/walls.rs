@@ -296,6 +296,47 @@ impl<S: Population> Walls<S> {
         }
     }
 
+    /// All links as a device copies them: those within the block, then those that wait for the halo exchange.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn links(&self, layout: &Layout) -> [Links<S::Number>; 2] {
+        let of_runs = |runs: &mut dyn Iterator<Item = &Run>| {
+            let mut links =
+                Links { still: Default::default(), moving: Default::default(), corrections: Vec::new() };
+            for run in runs {
+                let (far, corrections) = (self.far(run), self.corrections_of(run));
+                for k in 0..run.count as usize {
+                    links.add(run.near + k, far + k, corrections.map(|corrections| corrections[k]));
+                }
+            }
+            links
+        };
+        let mut early = of_runs(&mut self.early.iter().flatten());
+        for ends in &self.ends {
+            ends.each(layout, self.size, |link, _, _, near, far| {
+                early.add(near, far, ends.corrections.get(link).copied());
+            });
+        }
+        [early, of_runs(&mut self.late.iter())]
+    }
+
+    /// Of each cell of the block: 0 in fluid, 1 in a wall, 2 if it is not swept; empty if there is no cell in a wall.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn flags(&self) -> Vec<u8> {
+        let [nx, ny, nz] = self.size;
+        if self.rows.is_empty() {
+            return Vec::new();
+        }
+        let mut flags = vec![0; nx * ny * nz];
+        for (row, flags) in self.rows.iter().zip(flags.chunks_mut(nx)) {
+            let Some(row) = row else { continue };
+            row.each(|cells| flags[cells].fill(1));
+            for (flags, _) in flags.chunks_mut(CHUNK).zip(&row.dead).filter(|(_, dead)| **dead) {
+                flags.fill(2);
+            }
+        }
+        flags
+    }
+
     /// Force on every wall in the last step over the links of the block, and torque about its pivot, as sums of
     /// fixed-point numbers; without those of a fluid at rest with density 1.
     pub(crate) fn loads(&self, layout: &Layout, lo: [usize; 3], populations: &[S]) -> Vec<WallLoad> {
@@ -328,6 +369,24 @@ impl<S: Population> Walls<S> {
             });
         }
         loads
+    }
+}
+
+/// Links as pairs of slots, `near` in the fluid and `far` in the wall; those to moving walls, with their corrections, apart.
+#[cfg(feature = "gpu")]
+pub(crate) struct Links<T> {
+    pub(crate) still: [Vec<u64>; 2],
+    pub(crate) moving: [Vec<u64>; 2],
+    pub(crate) corrections: Vec<T>,
+}
+
+#[cfg(feature = "gpu")]
+impl<T> Links<T> {
+    fn add(&mut self, near: usize, far: usize, correction: Option<T>) {
+        let [to_near, to_far] = if correction.is_some() { &mut self.moving } else { &mut self.still };
+        to_near.push(near as u64);
+        to_far.push(far as u64);
+        self.corrections.extend(correction);
     }
 }
 

@@ -67,6 +67,14 @@ impl Normal<f32> {
     }
 }
 
+/// What the volume behind a face with the unit normal `n` needs of it, as a device gets it.
+#[cfg(feature = "gpu")]
+pub(in crate::coupling) fn face_numbers(n: [f32; 3]) -> [f32; 9] {
+    let Normal { sizes: [m1, m2, m3], square, half, half_both, both, product, divisor } =
+        Normal::<f32>::unit(n);
+    [m1, m2, m3, square, half, half_both, both, product, divisor]
+}
+
 impl<R: Choose<f32>> Normal<R> {
     /// The unit vector `n`.
     #[inline(always)]

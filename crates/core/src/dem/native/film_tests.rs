@@ -24,6 +24,7 @@ const FILM: Lubrication = Lubrication {
     unresolved: Unresolved {
         range: 1.0,
         linear: [0.0; 2],
+        curved: 0.0,
         square: 0.0,
         sliding: [0.1; 2],
         rolling: [0.3; 2],

@@ -112,8 +112,12 @@ impl Tangle {
             let motion = RigidMotion { velocity: [0.02; 3], ..RigidMotion::default() };
             let none = ExchangeSum::default();
             let mut bodies = [Body { id: 0, reference: [0; 3], motion, exchange: none, departed: none }];
-            let mut solid =
-                BlockSolids { segments: &segments, bodies: &mut bodies, model: Homogenised { ramp: 0.5 } };
+            let mut solid = BlockSolids {
+                segments: &segments,
+                bodies: &mut bodies,
+                model: Homogenised { ramp: 0.5 },
+                images: None,
+            };
             for _ in 0..steps {
                 fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, false);
                 fluid.exchange();

@@ -1,0 +1,207 @@
+//! The fluid and its coupling on a device against the processor, to the bit. Without a GPU, a driver of the processor (PoCL) runs the same
+//! code.
+
+use super::tests::{UNITS, coupled, fluid_for, saturated};
+use super::wall_tests::walls;
+use super::*;
+use crate::comm::on_threads;
+use crate::device::{Device, devices};
+use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
+use crate::particle::Template;
+use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere};
+use crate::wall::Wall;
+use std::f64::consts::PI;
+use std::sync::Arc;
+
+/// What is computed.
+struct Scene {
+    name: &'static str,
+    cells: [usize; 3],
+    periodic: [bool; 3],
+    operator: SolidOperator,
+    collision: Collision,
+    bodies: bool,
+}
+
+const MAGIC: Collision = Collision::Trt { magic: 0.125 };
+const PERIODIC: [bool; 3] = [true; 3];
+
+const SCENES: [Scene; 5] = [
+    Scene {
+        name: "fluid",
+        cells: [37, 11, 9],
+        periodic: PERIODIC,
+        operator: SolidOperator::Sc3,
+        collision: MAGIC,
+        bodies: false,
+    },
+    Scene {
+        name: "bodies",
+        cells: [40, 26, 24],
+        periodic: PERIODIC,
+        operator: SolidOperator::Sc3,
+        collision: MAGIC,
+        bodies: true,
+    },
+    Scene {
+        name: "sc1",
+        cells: [40, 26, 24],
+        periodic: PERIODIC,
+        operator: SolidOperator::Sc1,
+        collision: Collision::Bgk,
+        bodies: true,
+    },
+    Scene {
+        name: "sc2",
+        cells: [40, 26, 24],
+        periodic: PERIODIC,
+        operator: SolidOperator::Sc2,
+        collision: MAGIC,
+        bodies: true,
+    },
+    Scene {
+        name: "walls",
+        cells: [40, 26, 28],
+        periodic: [true, true, false],
+        operator: SolidOperator::Sc3,
+        collision: MAGIC,
+        bodies: true,
+    },
+];
+
+/// All that a step gives: the hash of the state, loads by id, and the flow.
+#[derive(Debug, PartialEq)]
+struct Outcome {
+    hash: u64,
+    loads: Vec<(u64, Load)>,
+    flows: Vec<(Vec<[i64; 2]>, u64)>,
+}
+
+fn templates() -> Arc<[Template]> {
+    let dx = UNITS.dx;
+    let round = Sphere { radius: 4.0 * dx }.surface_mesh(1);
+    let shapes: Vec<Arc<dyn Shape>> = vec![
+        Arc::new(Sphere { radius: 4.3 * dx }),
+        Arc::new(Cuboid::new(Vec3::new(7.3, 6.1, 8.2) * dx).unwrap()),
+        Arc::new(Polyhedron::hull(&round.points, 1e-9 * dx).unwrap().0),
+        Arc::new(Cylinder::new(3.1 * dx, 3.6 * dx).unwrap()),
+        Arc::new(Ellipsoid::new(Vec3::new(3.0, 4.0, 5.1) * dx).unwrap()),
+    ];
+    shapes.into_iter().map(|shape| Template { shape, material: 0, density: 2000.0 }).collect()
+}
+
+/// Bodies of all kinds, of which some share cells, at a step.
+fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize) -> ParticleStore {
+    let size = decomposition.domain.size();
+    let time = step as f64;
+    let count = if scene.bodies { 12 } else { 0 };
+    let particles: Vec<Particle> = (0..count)
+        .map(|i| {
+            let at = |k: f64| (f64::from(i) * k + 0.011 * time * (1.0 + 0.2 * f64::from(i % 3))) % 1.0;
+            let position = Vec3::new(at(0.137), at(0.31), at(0.73)).component_mul(&size);
+            let mut particle = Particle::at(i as u64, (i % 5) as usize, position);
+            particle.velocity = [0.4, -0.3 + 0.05 * f64::from(i), 0.2];
+            particle.angular_velocity = [0.3, 0.1 * f64::from(i), -0.2];
+            particle.set_orientation(&crate::math::Quat::from_euler_angles(
+                0.02 * time,
+                0.3 * f64::from(i),
+                0.1,
+            ));
+            particle
+        })
+        .collect();
+    let owner = |p: &Particle| decomposition.owner(p.position());
+    let (mine, others): (Vec<Particle>, Vec<Particle>) = particles.iter().partition(|p| owner(p) == rank);
+    let (owned, particles) = (mine.len(), [mine, others].concat());
+    let owners = particles.iter().map(|p| owner(p) as u32).collect();
+    ParticleStore { templates: templates(), particles, owned, owners }
+}
+
+/// Steps of the scene, on a device from step `from` to step `to`.
+fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&Device>) -> Outcome {
+    let domain = Domain { periodic: scene.periodic, cells: scene.cells, dx: UNITS.dx };
+    let decomposition = Decomposition::with_grid(domain, grid);
+    let surfaces: Vec<Wall> = if scene.periodic[2] { Vec::new() } else { walls(&domain) };
+    let lattice_walls = LatticeWalls::new(&surfaces, &UNITS);
+    let mut motions: Vec<WallMotion> = lattice_walls.motions().to_vec();
+    if let Some(wall) = motions.get_mut(1) {
+        wall.velocity = [0.02, -0.01, 0.0];
+    }
+    let method = saturated(scene.operator);
+    let mut parts = on_threads(decomposition.ranks(), |comm| {
+        let boundary = Boundary { motions: &motions, wall_of: &|cell| lattice_walls.wall_of(cell) };
+        let params = FluidParams { collision: scene.collision, ..fluid_for(method) };
+        let mut fluid = AnyFluid::new(precision, &decomposition, &comm, &params, &boundary).unwrap();
+        fluid.set_equilibrium(|cell| {
+            let wave = |a: usize| libm::sin(2.0 * PI * cell[a] as f64 / scene.cells[a] as f64);
+            (1.0 + 0.01 * wave(0), [0.02 * wave(1), 0.01 * wave(2), -0.02 * wave(0)])
+        });
+        let reach = 6.5 * UNITS.dx;
+        let mut coupling = Coupling::new(coupled(method), &decomposition, comm.rank(), reach);
+        if let Some(device) = device {
+            fluid.use_device(device, &mut coupling).unwrap();
+        }
+        let (mut loads, mut flows) = (Vec::new(), Vec::new());
+        for step in 0..9 {
+            let store = store(&decomposition, comm.rank(), scene, step);
+            coupling.map(&store);
+            let measured = fluid.sweep([1e-4, -2e-4, 3e-5], &mut coupling, step % 4 == 2);
+            if let Some(flow) = measured {
+                let words = [flow.momentum[0], flow.momentum[1], flow.momentum[2], flow.square, flow.solid];
+                flows.push((
+                    words.map(crate::math::split_wide).to_vec(),
+                    flow.max_speed.to_bits(),
+                    flow.fault,
+                ));
+            }
+            fluid.exchange();
+            loads = coupling.loads(&store, Vec3::zeros(), &comm);
+            loads.truncate(store.owned);
+            if step == 8 {
+                let all = store.owned().iter().map(|p| p.id).zip(loads.iter().copied()).collect::<Vec<_>>();
+                assert!(fluid.take_failure().is_none());
+                return (fluid.state_hash(), all, flows);
+            }
+        }
+        (0, loads.iter().map(|load| (0, *load)).collect(), flows)
+    });
+    let mut loads: Vec<(u64, Load)> = parts.iter_mut().flat_map(|part| std::mem::take(&mut part.1)).collect();
+    loads.sort_by_key(|&(id, _)| id);
+    Outcome {
+        hash: parts.iter().fold(0, |sum, part| sum.wrapping_add(part.0)),
+        loads,
+        flows: parts
+            .into_iter()
+            .flat_map(|part| part.2)
+            .map(|(words, most, fault)| {
+                assert!(fault.is_none());
+                (words, most)
+            })
+            .collect(),
+    }
+}
+
+#[test]
+fn a_device_gives_the_bits_of_the_processor() {
+    let Some(device) = devices().iter().position(|device| device.refused.is_none()) else {
+        assert!(std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no OpenCL device");
+        return;
+    };
+    let device = Device::open(device).unwrap();
+    for scene in &SCENES {
+        for precision in [Precision::F32, Precision::F64, Precision::F16] {
+            for grid in [[1, 1, 1], [2, 1, 1], [1, 2, 2]] {
+                if precision != Precision::F32 && (grid != [1, 1, 1] || scene.name == "sc2") {
+                    continue;
+                }
+                let expected = run(scene, precision, [1, 1, 1], None);
+                let got = run(scene, precision, grid, Some(&device));
+                assert_eq!(got.loads, expected.loads, "{} {precision:?} {grid:?}", scene.name);
+                if grid == [1, 1, 1] {
+                    assert_eq!(got.flows, expected.flows, "{} {precision:?}", scene.name);
+                }
+                assert_eq!(got.hash, expected.hash, "{} {precision:?} {grid:?}", scene.name);
+            }
+        }
+    }
+}

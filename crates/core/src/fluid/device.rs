@@ -1,0 +1,533 @@
+//! The fluid of a block on a [`Device`]: the same sweep, to the bit, by `device/kernels.cl`.
+//!
+//! Populations lie on the device in the [`Layout`] of the processor; the host has a copy that is brought up to date when something
+//! reads it (output, checkpoints, the hash of the state). In a step the device gets the poses of bodies ([`Images`]) and returns the momentum
+//! that each body received; nothing is transferred for a cell, but to other ranks and for bodies whose cells the host finds.
+
+use super::bodies::Body;
+use super::buffer::Buffer;
+use super::dispatch::WrapX;
+use super::halo::{FluidHalo, Pattern};
+use super::layout::{AaPhase, Layout};
+use super::population::Population;
+use super::walls::{Links, Walls};
+use super::{Flow, Images, Precision};
+use crate::device::{Argument, Array, Device, Failed, Queue};
+use crate::domain::{Block, Domain};
+use crate::error::{Error, Result};
+use crate::math::join_wide;
+use opencl3::kernel::Kernel;
+use std::cell::{Cell, RefCell};
+use std::ops::{Deref, DerefMut};
+use std::rc::Rc;
+
+/// Cells that a work-group sweeps, as in the kernels.
+const TILE: [usize; 3] = [32, 4, 2];
+const ITEMS: usize = TILE[0] * TILE[1] * TILE[2];
+/// Words that a tile writes of the flow, and those of the sum, as in the kernels.
+const TILE_WORDS: usize = 8;
+const FLOW_WORDS: usize = 13;
+/// Words that a body receives.
+const BODY_WORDS: usize = 12;
+/// Word of a flow in which no cell is too fast.
+const NO_FAULT: i64 = i64::MAX;
+
+/// Which of the copies is the newer one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Newer {
+    Neither,
+    Host,
+    Device,
+}
+
+/// Populations on the host, with a copy on a device if there is one.
+pub(super) struct Populations<S> {
+    host: std::cell::UnsafeCell<Buffer<S>>,
+    newer: Cell<Newer>,
+    copy: Option<DeviceCopy>,
+}
+
+struct DeviceCopy {
+    queue: Rc<Queue>,
+    array: Array,
+    failed: Rc<Failure>,
+}
+
+/// The first failure of a device.
+#[derive(Default)]
+struct Failure(RefCell<Option<Failed>>);
+
+impl Failure {
+    fn note(&self, result: std::result::Result<(), Failed>) {
+        if let Err(failed) = result {
+            self.0.borrow_mut().get_or_insert(failed);
+        }
+    }
+}
+
+impl<S: Population> From<Buffer<S>> for Populations<S> {
+    fn from(host: Buffer<S>) -> Self {
+        Self { host: host.into(), newer: Cell::new(Newer::Neither), copy: None }
+    }
+}
+
+impl<S: Population> Populations<S> {
+    /// The start of the memory on the host.
+    pub(super) fn root(&mut self) -> *mut S {
+        self.deref_mut();
+        self.host.get_mut().root()
+    }
+
+    /// Brings the host up to date.
+    fn fetch(&self) {
+        if self.newer.get() == Newer::Device {
+            let copy = self.copy.as_ref().expect("the device has the newer one");
+            // SAFETY: the device became the newer one through a unique borrow, since when there was no reference to the buffer: the
+            // first one is made after this call, which later ones no longer reach.
+            let host: &mut [S] = unsafe { &mut *self.host.get() };
+            copy.failed.note(copy.queue.read(&copy.array, host));
+            self.newer.set(Newer::Neither);
+        }
+    }
+
+    /// The array of the device, brought up to date, which is then the newer one.
+    fn on_device(&mut self) -> &Array {
+        let copy = self.copy.as_mut().expect("on a device");
+        if self.newer.get() == Newer::Host {
+            copy.failed.note(copy.queue.write(&mut copy.array, &self.host.get_mut()[..]));
+        }
+        self.newer.set(Newer::Device);
+        &copy.array
+    }
+}
+
+impl<S: Population> Deref for Populations<S> {
+    type Target = [S];
+    fn deref(&self) -> &[S] {
+        self.fetch();
+        // SAFETY: the buffer changes only through unique borrows, but for `fetch`.
+        unsafe { &*self.host.get() }
+    }
+}
+
+impl<S: Population> DerefMut for Populations<S> {
+    fn deref_mut(&mut self) -> &mut [S] {
+        self.fetch();
+        if self.copy.is_some() {
+            self.newer.set(Newer::Host);
+        }
+        self.host.get_mut()
+    }
+}
+
+/// Copies of populations, from slots to slots.
+struct Copies {
+    to: Array,
+    from: Array,
+    count: usize,
+    corrections: Option<Array>,
+}
+
+/// Numbers that cross to other blocks: where they are, where those that come go, by the phase entered, and the message.
+struct Crossing<S> {
+    from: [Array; 2],
+    to: [Array; 2],
+    counts: [usize; 2],
+    message: Array,
+    packed: Vec<S>,
+}
+
+struct CompiledKernels {
+    spans: Kernel,
+    sweep: Kernel,
+    flow_total: Kernel,
+    copy_links: Kernel,
+    pack: Kernel,
+    unpack: Kernel,
+}
+
+/// What a block needs on a device, besides its populations.
+pub(super) struct DeviceFluid<S> {
+    queue: Rc<Queue>,
+    failed: Rc<Failure>,
+    kernels: CompiledKernels,
+    size: [usize; 3],
+    pitch: usize,
+    tiles: [usize; 3],
+    corner: [usize; 3],
+    cells: [usize; 3],
+    /// By the phase that a sweep begins in.
+    slots: [Array; 2],
+    walls: Option<Array>,
+    /// By the phase entered: after a sweep, within the block in the halo exchange, and after it.
+    swept: [Vec<Copies>; 2],
+    own: [Vec<Copies>; 2],
+    late: [Vec<Copies>; 2],
+    crossing: [Crossing<S>; 2],
+    parameters: Array,
+    images: [Array; 6],
+    cut: Array,
+    spans: [Array; 3],
+    tile_start: Array,
+    tile_images: Array,
+    received: Array,
+    flows: Array,
+    total: Array,
+    /// Bytes of the last step to and from the device, without messages to other ranks.
+    pub(super) transferred: u64,
+}
+
+/// Options of the preprocessor for a precision and an operator of partially saturated cells (1 to 3).
+fn options(precision: Precision, operator: u32) -> String {
+    let real = match precision {
+        Precision::F32 => "-DREAL=float",
+        Precision::F64 => "-DREAL=double",
+        Precision::F16 => "-DREAL=float -DF16",
+    };
+    format!("{real} -DPAIRS=1 -DOPERATOR={operator}")
+}
+
+/// What a [`DeviceFluid`] is made of.
+pub(super) struct Host<'a, S: Population> {
+    pub(super) layout: &'a Layout,
+    pub(super) domain: &'a Domain,
+    pub(super) block: Block,
+    pub(super) walls: &'a Walls<S>,
+    pub(super) halo: &'a FluidHalo<S>,
+    pub(super) wrap_x: bool,
+}
+
+impl<S: Population> DeviceFluid<S> {
+    /// Puts the fluid of a block on a device.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if it has not the memory, or if the kernels cannot be compiled.
+    pub(super) fn new(
+        device: &Device,
+        precision: Precision,
+        operator: u32,
+        host: &Host<S>,
+        populations: &mut Populations<S>,
+    ) -> Result<Self> {
+        let layout = host.layout;
+        let kernels = device.compile(include_str!("device/kernels.cl"), &options(precision, operator))?;
+        let queue = Rc::new(device.queue(&kernels)?);
+        let failed = Rc::new(Failure::default());
+        let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
+        let bytes = layout.len() * size_of::<S>();
+        let array = queue.zeroed(bytes, &format!("the populations of a block of {:?} cells", layout.size))?;
+        let fill = |values: &[u64]| -> Result<Array> {
+            let mut array = queue.zeroed(size_of_val(values), "the links of a block")?;
+            queue.write(&mut array, values).map_err(|failed| lost(&queue, &failed))?;
+            Ok(array)
+        };
+        let phases = [AaPhase::Even, AaPhase::Odd];
+        let copies = |[to, from]: [&[u64]; 2], corrections: &[S::Number]| -> Result<Option<Copies>> {
+            if to.is_empty() {
+                return Ok(None);
+            }
+            let corrections = if corrections.is_empty() {
+                None
+            } else {
+                let mut array = queue.zeroed(size_of_val(corrections), "the motion of walls")?;
+                queue.write(&mut array, corrections).map_err(|failed| lost(&queue, &failed))?;
+                Some(array)
+            };
+            Ok(Some(Copies { to: fill(to)?, from: fill(from)?, count: to.len(), corrections }))
+        };
+        let of_links = |links: &Links<S::Number>, entered: AaPhase| -> Result<Vec<Copies>> {
+            let turned = |[near, far]: &[Vec<u64>; 2]| -> [Vec<u64>; 2] {
+                let pair = [far.clone(), near.clone()];
+                if entered == AaPhase::Odd { pair } else { [near.clone(), far.clone()] }
+            };
+            let (still, moving) = (turned(&links.still), turned(&links.moving));
+            let both =
+                [copies([&still[0], &still[1]], &[])?, copies([&moving[0], &moving[1]], &links.corrections)?];
+            Ok(both.into_iter().flatten().collect())
+        };
+        let [early, late] = host.walls.links(layout);
+        let mut swept = [of_links(&early, AaPhase::Even)?, of_links(&early, AaPhase::Odd)?];
+        if host.wrap_x {
+            for entered in phases {
+                let [to, from] = WrapX::new(layout, entered.next()).slots(layout);
+                swept[entered as usize].extend(copies([&to, &from], &[])?);
+            }
+        }
+        let own = |entered: AaPhase| -> Result<Vec<Copies>> {
+            let [to, from] = host.halo.own_slots(entered);
+            Ok(copies([&to, &from], &[])?.into_iter().collect())
+        };
+        let crossing = |pattern: &Pattern<S>| -> Result<Crossing<S>> {
+            let [even, odd] = phases.map(|phase| pattern.slots(phase));
+            let counts = [even[0].len(), odd[0].len()];
+            // As many come as are sent.
+            let most = counts[0].max(counts[1]);
+            Ok(Crossing {
+                from: [fill(&even[0])?, fill(&odd[0])?],
+                to: [fill(&even[1])?, fill(&odd[1])?],
+                counts,
+                message: queue.zeroed(most * size_of::<S>(), "the messages of a block")?,
+                packed: vec![S::zeroed(); most],
+            })
+        };
+        let flags = host.walls.flags();
+        let walls = if flags.is_empty() {
+            None
+        } else {
+            let mut array = queue.zeroed(flags.len(), "the map of the walls")?;
+            queue.write(&mut array, &flags).map_err(|failed| lost(&queue, &failed))?;
+            Some(array)
+        };
+        let slots = phases.map(|phase| fill(&layout.slots_from(phase).map(|slot| slot as u64)));
+        let [even, odd] = slots;
+        let small = || queue.zeroed(0, "the bodies");
+        let kernel = |name| kernels.kernel(name);
+        let fluid = Self {
+            kernels: CompiledKernels {
+                spans: kernel("spans"),
+                sweep: kernel("sweep"),
+                flow_total: kernel("flow_total"),
+                copy_links: kernel("copy_links"),
+                pack: kernel("pack"),
+                unpack: kernel("unpack"),
+            },
+            size: layout.size,
+            pitch: layout.pitch,
+            tiles,
+            corner: host.block.lo,
+            cells: host.domain.cells,
+            slots: [even?, odd?],
+            walls,
+            swept,
+            own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
+            late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
+            crossing: [crossing(&host.halo.early)?, crossing(&host.halo.late)?],
+            parameters: small()?,
+            images: [small()?, small()?, small()?, small()?, small()?, small()?],
+            cut: small()?,
+            spans: [small()?, small()?, small()?],
+            tile_start: small()?,
+            tile_images: small()?,
+            received: small()?,
+            flows: queue.zeroed(tiles.iter().product::<usize>() * TILE_WORDS * 8, "the flow of a block")?,
+            total: queue.zeroed(FLOW_WORDS * 8, "the flow of a block")?,
+            queue: queue.clone(),
+            failed: failed.clone(),
+            transferred: 0,
+        };
+        populations.copy = Some(DeviceCopy { queue, array, failed });
+        populations.newer.set(Newer::Host);
+        Ok(fluid)
+    }
+
+    /// The first failure since the last call.
+    pub(super) fn take_failure(&self) -> Option<Error> {
+        self.failed.0.borrow_mut().take().map(|failed| lost(&self.queue, &failed))
+    }
+
+    /// Sweeps the block from a phase; `parameters` are the factors of the relaxation of the even and the odd part, the acceleration, and
+    /// `tau - 1/2`.
+    pub(super) fn sweep(
+        &mut self,
+        populations: &mut Populations<S>,
+        phase: AaPhase,
+        parameters: [S::Number; 6],
+        images: &Images,
+        bodies: &mut [Body],
+        measure: bool,
+    ) -> Option<Flow> {
+        let mut received = vec![0_i64; BODY_WORDS * bodies.len()];
+        let mut flow = measure.then(Flow::default);
+        let done =
+            self.try_sweep(populations.on_device(), phase, &parameters, images, &mut received, flow.as_mut());
+        self.failed.note(done);
+        for (body, words) in bodies.iter_mut().zip(received.chunks_exact(BODY_WORDS)) {
+            let sums: &[super::ExchangeSum; 2] = bytemuck::from_bytes(bytemuck::cast_slice(words));
+            body.exchange.add(&sums[0], 1);
+            body.departed.add(&sums[1], 1);
+        }
+        flow
+    }
+
+    fn try_sweep(
+        &mut self,
+        populations: &Array,
+        phase: AaPhase,
+        parameters: &[S::Number; 6],
+        images: &Images,
+        received: &mut [i64],
+        flow: Option<&mut Flow>,
+    ) -> std::result::Result<(), Failed> {
+        let queue = &*self.queue;
+        let [ints, numbers, planes, faces, mapped, _] = &mut self.images;
+        queue.write(&mut self.parameters, parameters)?;
+        queue.write(ints, &images.ints)?;
+        queue.write(numbers, &images.numbers)?;
+        queue.write(planes, &images.planes)?;
+        queue.write(faces, &images.faces)?;
+        queue.write(mapped, &images.mapped)?;
+        queue.write(&mut self.cut, &images.cut)?;
+        let (start, listed) = images.by_tile(self.tiles, TILE);
+        queue.write(&mut self.tile_start, &start)?;
+        queue.write(&mut self.tile_images, &listed)?;
+        self.transferred = (images.bytes() + size_of_val(&start[..]) + size_of_val(&listed[..])) as u64;
+        let [spans, lengths, velocities] = &mut self.spans;
+        queue.reserve(spans, images.rows * 5 * 4)?;
+        queue.reserve(lengths, images.rows * 3 * 4)?;
+        queue.reserve(velocities, images.rows * 6 * size_of::<S::Number>())?;
+        queue.reserve(&mut self.received, size_of_val(received))?;
+        queue.clear(&mut self.received, size_of_val(received).max(8))?;
+        if images.count() > 0 {
+            let arguments = [ints, numbers, planes, mapped, spans, lengths, velocities]
+                .map(|array| Argument::Array(array));
+            // SAFETY: the arguments of the kernel; arrays have room for all images and rows.
+            unsafe {
+                queue.launch(&self.kernels.spans, &arguments, [images.most_rows, images.count()], None)?;
+            }
+        }
+        let int = |n: usize| n as i32;
+        let [nx, ny, nz] = self.size.map(int);
+        let [ox, oy, oz] = self.corner.map(int);
+        let [cx, cy, cz] = self.cells.map(int);
+        let [ints, numbers, _, faces, ..] = &self.images;
+        let [spans, lengths, velocities] = &self.spans;
+        let tiles: usize = self.tiles.iter().product();
+        let arguments = [
+            Argument::Array(populations),
+            Argument::Array(&self.slots[phase as usize]),
+            Argument::Ints([nx, ny, nz, self.pitch as i32]),
+            Argument::Int(ny + 2),
+            Argument::Ints([cx, cy, cz, 0]),
+            Argument::Ints([ox, oy, oz, 0]),
+            Argument::Array(&self.parameters),
+            Argument::Int(i32::from(self.walls.is_some())),
+            Argument::Array(self.walls.as_ref().unwrap_or(&self.parameters)),
+            Argument::Array(&self.tile_start),
+            Argument::Array(&self.tile_images),
+            Argument::Array(ints),
+            Argument::Array(numbers),
+            Argument::Array(faces),
+            Argument::Array(&self.cut),
+            Argument::Array(spans),
+            Argument::Array(lengths),
+            Argument::Array(velocities),
+            Argument::Array(&self.received),
+            Argument::Int(i32::from(flow.is_some())),
+            Argument::Array(&self.flows),
+        ];
+        // SAFETY: the arguments of the kernel; slots of cells of the block are within the populations (tested in `layout`), and lists of
+        // tiles, images and rows within their arrays.
+        unsafe { queue.launch(&self.kernels.sweep, &arguments, [tiles * ITEMS, 1], Some(ITEMS))? };
+        if let Some(flow) = flow {
+            let arguments =
+                [Argument::Array(&self.flows), Argument::Int(tiles as i32), Argument::Array(&self.total)];
+            // SAFETY: the arguments of the kernel; there is a flow of each tile.
+            unsafe { queue.launch(&self.kernels.flow_total, &arguments, [ITEMS, 1], Some(ITEMS))? };
+            let mut words = [0_i64; FLOW_WORDS];
+            queue.read(&self.total, &mut words)?;
+            self.transferred += size_of_val(&words) as u64;
+            *flow = self.flow_of(&words);
+        }
+        self.copy(&self.swept[phase.next() as usize], populations)?;
+        queue.read(&self.received, received)?;
+        self.transferred += size_of_val(received) as u64;
+        Ok(())
+    }
+
+    fn flow_of(&self, words: &[i64; FLOW_WORDS]) -> Flow {
+        let sum = |at: usize| join_wide([words[2 * at], words[2 * at + 1]]);
+        let number = |word: i64| f64::from_bits(word as u64);
+        let [nx, ny] = [self.cells[0] as i64, self.cells[1] as i64];
+        let fault = (words[11] != NO_FAULT).then(|| {
+            let key = words[11];
+            ([key % nx, key / nx % ny, key / nx / ny].map(|n| n as usize), number(words[12]))
+        });
+        Flow {
+            momentum: [sum(0), sum(1), sum(2)],
+            square: sum(3),
+            solid: sum(4),
+            max_speed: number(words[10]).sqrt(),
+            fault,
+        }
+    }
+
+    /// Completes a sweep, after which the phase is `entered`: populations arrive from the neighbouring blocks, and walls send them back.
+    pub(super) fn exchange(
+        &mut self,
+        populations: &mut Populations<S>,
+        halo: &mut FluidHalo<S>,
+        entered: AaPhase,
+    ) {
+        let array = populations.on_device();
+        // Both ranks of a message must get through the exchange even if a device has failed.
+        let mut failed = Ok(());
+        let at = entered as usize;
+        for (crossing, pattern) in self.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
+            let Crossing { from, counts, message, packed, .. } = crossing;
+            packed.resize(counts[at], S::zeroed());
+            if counts[at] > 0 {
+                let arguments = [
+                    Argument::Array(array),
+                    Argument::Array(&from[at]),
+                    Argument::Long(counts[at] as u64),
+                    Argument::Array(message),
+                ];
+                // SAFETY: the arguments of the kernel; the message has room for all that is sent.
+                let done = unsafe {
+                    self.queue.launch(
+                        &self.kernels.pack,
+                        &arguments,
+                        [counts[at].next_multiple_of(64), 1],
+                        Some(64),
+                    )
+                };
+                failed = failed.and(done).and_then(|()| self.queue.read(message, packed));
+            }
+            pattern.send(packed, entered);
+        }
+        failed = failed.and(self.copy(&self.own[at], array));
+        for (crossing, pattern) in self.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
+            let Crossing { to, counts, message, packed, .. } = crossing;
+            pattern.receive(packed);
+            if !packed.is_empty() {
+                let arguments = |message| {
+                    [
+                        Argument::Array(array),
+                        Argument::Array(&to[at]),
+                        Argument::Long(counts[at] as u64),
+                        Argument::Array(message),
+                    ]
+                };
+                assert_eq!(packed.len(), counts[at], "as many numbers come as are sent");
+                failed = failed.and_then(|()| self.queue.write(message, packed)).and_then(|()| {
+                    let items = [counts[at].next_multiple_of(64), 1];
+                    // SAFETY: the arguments of the kernel; the message holds all that came.
+                    unsafe { self.queue.launch(&self.kernels.unpack, &arguments(message), items, Some(64)) }
+                });
+            }
+        }
+        failed = failed.and_then(|()| self.copy(&self.late[at], array));
+        self.failed.note(failed);
+    }
+
+    fn copy(&self, all: &[Copies], populations: &Array) -> std::result::Result<(), Failed> {
+        for copies in all {
+            let arguments = [
+                Argument::Array(populations),
+                Argument::Array(&copies.to),
+                Argument::Array(&copies.from),
+                Argument::Long(copies.count as u64),
+                Argument::Int(i32::from(copies.corrections.is_some())),
+                Argument::Array(copies.corrections.as_ref().unwrap_or(&copies.to)),
+            ];
+            let items = [copies.count.next_multiple_of(64), 1];
+            // SAFETY: the arguments of the kernel; all slots are within the populations.
+            unsafe { self.queue.launch(&self.kernels.copy_links, &arguments, items, Some(64))? };
+        }
+        Ok(())
+    }
+}
+
+fn lost(queue: &Queue, failed: &Failed) -> Error {
+    Error::Device { name: queue.device().info().name.clone(), what: failed.to_string() }
+}

@@ -1,0 +1,666 @@
+// The sweep of the fluid on a device, to the bits of `sweep_row`: OpenCL C 1.2 with 64-bit atomics and double precision.
+//
+// Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), and
+// OPERATOR (1 to 3: that of partially saturated cells). Products and sums are never contracted; `fma` stands where the processor's kernels
+// have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`, `volume_fraction.rs`.
+
+#pragma OPENCL FP_CONTRACT OFF
+#pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
+
+#define Q 19
+#define TX 32
+#define TY 4
+#define TZ 2
+#define TILE (TX * TY * TZ)
+#define K(x) ((REAL)(x))
+
+#ifdef F16
+typedef half Stored;
+#define READ(p, i) vload_half((i), (p))
+#define WRITE(p, i, x) vstore_half_rte((x), (i), (p))
+#define SCALED(x) ((x) * 32768.0f)
+#define UNSCALED(x) ((x) * (1.0f / 32768.0f))
+#else
+typedef REAL Stored;
+#define READ(p, i) ((p)[i])
+#define WRITE(p, i, x) ((p)[i] = (x))
+#define SCALED(x) (x)
+#define UNSCALED(x) (x)
+#endif
+
+// ---- fixed-point sums ----
+
+#define MAGIC 1536.0
+long to_fixed(double x) { return as_long(x + MAGIC) - as_long(MAGIC); }
+
+// ---- collision ----
+
+typedef struct {
+    REAL deviation, rho;
+    REAL m[3], u[3];
+} Moments;
+
+Moments moments_of(const REAL g[Q]) {
+    REAL s1 = g[1] + g[2], d1 = g[1] - g[2], s3 = g[3] + g[4], d3 = g[3] - g[4], s5 = g[5] + g[6], d5 = g[5] - g[6];
+    REAL s7 = g[7] + g[8], d7 = g[7] - g[8], s9 = g[9] + g[10], d9 = g[9] - g[10];
+    REAL s11 = g[11] + g[12], d11 = g[11] - g[12], s13 = g[13] + g[14], d13 = g[13] - g[14];
+    REAL s15 = g[15] + g[16], d15 = g[15] - g[16], s17 = g[17] + g[18], d17 = g[17] - g[18];
+    Moments c;
+    c.deviation = UNSCALED(((g[0] + s1) + (s3 + s5)) + ((s7 + s9) + (s11 + s13)) + (s15 + s17));
+    c.rho = K(1.0) + c.deviation;
+    REAL over_rho = K(1.0) / c.rho;
+    c.m[0] = UNSCALED(d1 + ((d7 + d9) + (d11 + d13)));
+    c.m[1] = UNSCALED(d3 + ((d7 - d9) + (d15 + d17)));
+    c.m[2] = UNSCALED(d5 + ((d11 - d13) + (d15 - d17)));
+    for (int a = 0; a < 3; a++) c.u[a] = c.m[a] * over_rho;
+    return c;
+}
+
+typedef struct {
+    REAL rest, half_even, half_odd;
+    REAL base[2], quadratic[6], linear[3];
+} Relaxation;
+
+#define PRODUCT(a, b) fma(target[a], target[b], -(ku[a] * c->u[b]))
+
+// `reflected`: the fraction `b` of the cell is reflected off a wall of velocity `v` (sc3).
+Relaxation relaxation_of(const Moments* c, const REAL target[3], REAL k, REAL k_odd, int reflected, REAL b, const REAL v[3]) {
+    Relaxation r;
+    REAL rest = k, half_odd = K(0.5) * k_odd;
+    REAL deviation = (K(1.0) - k) * c->deviation, scale = K(0.125) * c->rho;
+    REAL odd[3], ku[3];
+    for (int a = 0; a < 3; a++) odd[a] = fma(-k_odd, c->u[a], target[a]);
+    if (reflected) {
+        REAL open = K(1.0) - b, twice = b + b;
+        rest = fma(open, rest, b);
+        half_odd = fma(open, half_odd, -(K(0.5) * b));
+        deviation = open * deviation;
+        scale = open * scale;
+        for (int a = 0; a < 3; a++) odd[a] = fma(twice, v[a], open * odd[a]);
+    }
+    for (int a = 0; a < 3; a++) ku[a] = k * c->u[a];
+    REAL twofold = scale + scale;
+    REAL xx = scale * PRODUCT(0, 0), yy = scale * PRODUCT(1, 1), zz = scale * PRODUCT(2, 2);
+    REAL base = fma(-K(12.0), (xx + yy) + zz, deviation);
+    REAL along = K(1.0 / 12.0) * c->rho;
+    r.rest = rest;
+    r.half_even = K(0.5) * rest;
+    r.half_odd = half_odd;
+    r.base[0] = SCALED(K(1.0 / 18.0) * base);
+    r.base[1] = SCALED(K(1.0 / 36.0) * base);
+    r.quadratic[0] = SCALED(xx);
+    r.quadratic[1] = SCALED(yy);
+    r.quadratic[2] = SCALED(zz);
+    r.quadratic[3] = SCALED(twofold * PRODUCT(0, 1));
+    r.quadratic[4] = SCALED(twofold * PRODUCT(0, 2));
+    r.quadratic[5] = SCALED(twofold * PRODUCT(1, 2));
+    for (int a = 0; a < 3; a++) r.linear[a] = SCALED(along * odd[a]);
+    return r;
+}
+
+// The pair of opposite populations that begins with direction `i`, relaxed.
+void pair_of(const Relaxation* r, int i, REAL there, REAL back, REAL* first, REAL* second) {
+    REAL axis = r->base[0], diagonal = r->base[1];
+    REAL xx = r->quadratic[0], yy = r->quadratic[1], zz = r->quadratic[2];
+    REAL xy = r->quadratic[3], xz = r->quadratic[4], yz = r->quadratic[5];
+    REAL x = r->linear[0], y = r->linear[1], z = r->linear[2];
+    REAL e, o;
+    switch (i) {
+        case 1: e = axis + (xx + xx); o = x + x; break;
+        case 3: e = axis + (yy + yy); o = y + y; break;
+        case 5: e = axis + (zz + zz); o = z + z; break;
+        case 7: e = (diagonal + (xx + yy)) + xy; o = x + y; break;
+        case 9: e = (diagonal + (xx + yy)) - xy; o = x - y; break;
+        case 11: e = (diagonal + (xx + zz)) + xz; o = x + z; break;
+        case 13: e = (diagonal + (xx + zz)) - xz; o = x - z; break;
+        case 15: e = (diagonal + (yy + zz)) + yz; o = y + z; break;
+        default: e = (diagonal + (yy + zz)) - yz; o = y - z;
+    }
+#if PAIRS
+    REAL even = fma(r->half_even, there + back, e);
+    REAL odd = fma(r->half_odd, there - back, o);
+    *first = even + odd;
+    *second = even - odd;
+#else
+    *first = fma(r->rest, there, e + o);
+    *second = fma(r->rest, back, e - o);
+#endif
+}
+
+// Volume fractions of partially saturated cells.
+
+#define LEAST 1e-4f
+#define NEAR 1e-3f
+#define HALF_DIAGONAL 0.8660254037844386
+#define FAR 1e9
+#define ROUND 6755399441055744.0
+
+typedef struct {
+    float m1, m2, m3, square, half_all, half_both, both, product, divisor;
+} Normal;
+
+float larger(float a, float b) { return a > b ? a : b; }
+float smaller(float a, float b) { return a < b ? a : b; }
+float at_least(float x, float least) { return larger(fabs(x), least); }
+
+Normal normal_of(float a, float b, float c) {
+    Normal n;
+    float low = smaller(a, b), high = larger(a, b);
+    float rest = larger(low, c);
+    n.m1 = smaller(low, c);
+    n.m3 = larger(high, c);
+    n.m2 = smaller(high, rest);
+    n.both = n.m1 + n.m2;
+    n.product = 6.0f * (n.m1 * n.m2);
+    n.square = n.m1 * n.m1;
+    n.half_all = 0.5f * (n.both + n.m3);
+    n.half_both = 0.5f * n.both;
+    n.divisor = n.product * n.m3;
+    return n;
+}
+
+float cubed(float x) {
+    x = larger(x, 0.0f);
+    return (x * x) * x;
+}
+
+float behind(const Normal* n, float d) {
+    float q = larger(n->half_all - fabs(d), 0.0f);
+    float corner = n->m1 * ((3.0f * q) * (q - n->m1) + n->square) - ((cubed(n->m1 - q) + cubed(q - n->m2)) + cubed(q - n->m3));
+    float band = n->product * (q - n->half_both);
+    float part = (n->both > q ? corner : band) / n->divisor;
+    part = smaller(larger(part, 0.0f), 0.5f);
+    return d > 0.0f ? part : 1.0f - part;
+}
+
+float behind_both(float v, float w, float c) {
+    float both = v * w;
+    float other = c > 0.0f ? smaller(v, w) : larger(v + w - 1.0f, 0.0f);
+    return both + fabs(c) * (other - both);
+}
+
+float beyond_edge(float a, float b, float cosine) {
+    float over = smaller(a - cosine * b, b - cosine * a);
+    return smaller(over, (a * a + b * b) - (2.0f * cosine) * (a * b) - 0.75f * (1.0f - cosine * cosine));
+}
+
+// An image of a body: 20 integers and 12 numbers. Kinds: a sphere, flat faces, cells found by the host.
+#define INTS 20
+#define KIND 0
+#define BODY 1
+#define X_LOW 2
+#define X_HIGH 3
+#define Y_LOW 4
+#define Y_HIGH 5
+#define Z_LOW 6
+#define Z_HIGH 7
+#define X_BASE 8
+#define Y_BASE 9
+#define Z_BASE 10
+#define FIRST_ROW 11
+#define FIRST_FACE 12
+#define FACES 13
+#define FIRST_MAPPED 14
+#define NUMBERS 12
+#define CENTRE 0
+#define VELOCITY 3
+#define ANGULAR 6
+#define RADIUS 9
+#define DEPTH 10
+#define SPHERE 0
+#define FLAT 1
+
+// A row of an image: first and last cell, first wholly solid one and the one past the last of those, index of its fractions.
+#define SPAN 5
+// A face in double precision: normal in y and z, offset, slope, reach; and in single: normal, offset, reach, and a `Normal`.
+#define PLANE 5
+#define FACE 14
+
+int first_within(double low, double centre) {
+    low = low + centre;
+    double above = low + ROUND;
+    return (int)as_long(low > above - ROUND ? above + 1.0 : above);
+}
+
+int last_within(double high, double centre) {
+    high = high + centre;
+    double below = high + ROUND;
+    return (int)as_long(below - ROUND > high ? below - 1.0 : below);
+}
+
+// Item (row, image): the cells of the row that may be covered, and what its fractions and velocities need.
+__kernel void spans(__global const int* images, __global const double* numbers, __global const double* planes, __global const int* mapped,
+                    __global int* spans, __global float* lengths, __global REAL* velocities) {
+    __global const int* image = images + INTS * get_global_id(1);
+    __global const double* n = numbers + NUMBERS * get_global_id(1);
+    int rows_y = image[Y_HIGH] - image[Y_LOW] + 1, rows_z = image[Z_HIGH] - image[Z_LOW] + 1;
+    int at = (int)get_global_id(0);
+    if (at >= rows_y * rows_z) return;
+    int ny = image[Y_LOW] + at % rows_y, nz = image[Z_LOW] + at / rows_y;
+    double y = (double)ny - n[CENTRE + 1], z = (double)nz - n[CENTRE + 2];
+    size_t row = (size_t)image[FIRST_ROW] + at;
+    __global int* span = spans + SPAN * row;
+    __global float* of_row = lengths + 3 * row;
+    of_row[1] = (float)y;
+    of_row[2] = (float)z;
+
+    if (image[KIND] == SPHERE || image[KIND] == FLAT) {
+        double outer_low, outer_high, inner_low, inner_high;
+        if (image[KIND] == SPHERE) {
+            double outer = n[RADIUS] + HALF_DIAGONAL, inner = n[RADIUS] - HALF_DIAGONAL;
+            double room = inner > 0.0 ? inner * inner : -1.0;
+            double square = (outer * outer - z * z) - y * y;
+            outer_high = 0.0 > square ? -1.0 : sqrt(square > 0.0 ? square : 0.0);
+            square = (room - z * z) - y * y;
+            inner_high = 0.0 > square ? -1.0 : sqrt(square > 0.0 ? square : 0.0);
+            outer_low = 0.0 - outer_high;
+            inner_low = 0.0 - inner_high;
+            of_row[0] = (float)(y * y + z * z);
+        } else {
+            outer_low = inner_low = -FAR;
+            outer_high = inner_high = FAR;
+            for (int f = 0; f < image[FACES]; f++) {
+                __global const double* plane = planes + PLANE * ((size_t)image[FIRST_FACE] + f);
+                double slope = plane[3], reach = plane[4];
+                double rest = (plane[2] - plane[1] * z) - plane[0] * y;
+                double x = rest * slope, more = reach * slope;
+                if (slope > 0.0) {
+                    outer_high = outer_high < x + more ? outer_high : x + more;
+                    inner_high = inner_high < x - more ? inner_high : x - more;
+                } else if (slope < 0.0) {
+                    outer_low = outer_low > x + more ? outer_low : x + more;
+                    inner_low = inner_low > x - more ? inner_low : x - more;
+                } else {
+                    outer_high = rest > -reach ? outer_high : -FAR;
+                    inner_high = reach > rest ? -FAR : inner_high;
+                }
+            }
+            outer_low = outer_low < FAR ? outer_low : FAR;
+            outer_high = outer_high > -FAR ? outer_high : -FAR;
+            inner_low = inner_low < FAR ? inner_low : FAR;
+            inner_high = inner_high > -FAR ? inner_high : -FAR;
+        }
+        int first = first_within(outer_low, n[CENTRE]), last = last_within(outer_high, n[CENTRE]);
+        int begin = first_within(inner_low, n[CENTRE]), end = last_within(inner_high, n[CENTRE]);
+        first = max(first, image[X_LOW]);
+        last = min(last, image[X_HIGH]);
+        begin = max(begin, first);
+        end = min(end, last) + 1;
+        span[0] = first;
+        span[1] = last;
+        span[2] = begin < end ? begin : last + 1;
+        span[3] = begin < end ? end : last + 1;
+        span[4] = 0;
+    } else {
+        for (int k = 0; k < SPAN; k++) span[k] = mapped[SPAN * ((size_t)image[FIRST_MAPPED] + at) + k];
+    }
+
+    __global REAL* velocity = velocities + 6 * row;
+    double w0 = n[ANGULAR], w1 = n[ANGULAR + 1], w2 = n[ANGULAR + 2];
+    velocity[0] = (REAL)(n[VELOCITY] + (w1 * z - w2 * y));
+    velocity[1] = (REAL)(n[VELOCITY + 1] - w0 * z);
+    velocity[2] = (REAL)(n[VELOCITY + 2] + w0 * y);
+    velocity[3] = (REAL)w2;
+    velocity[4] = (REAL)-w1;
+    velocity[5] = (REAL)n[CENTRE];
+}
+
+// Row of an image in which the cell lies, or -1.
+long row_of(__global const int* image, int y, int z) {
+    int ny = y - image[Y_BASE], nz = z - image[Z_BASE];
+    if (ny < image[Y_LOW] || ny > image[Y_HIGH] || nz < image[Z_LOW] || nz > image[Z_HIGH]) return -1;
+    return (long)image[FIRST_ROW] + (long)(nz - image[Z_LOW]) * (image[Y_HIGH] - image[Y_LOW] + 1) + (ny - image[Y_LOW]);
+}
+
+float height_of(__global const float* face, float x, float y, float z) {
+    return face[0] * x - (face[3] - (face[1] * y + face[2] * z));
+}
+
+// Solid fraction of the cell with the offset `n` in a row.
+float fraction_of(__global const int* image, __global const double* numbers, __global const float* faces, __global const float* cut,
+                  __global const int* span, __global const float* of_row, int n) {
+    if (n < span[0] || n > span[1]) return 0.0f;
+    if (n >= span[2] && n < span[3]) return 1.0f;
+    float x = (float)n - (float)numbers[CENTRE];
+    if (image[KIND] == SPHERE) {
+        float least = LEAST * (float)numbers[RADIUS];
+        float distance = larger(sqrt(x * x + of_row[0]), NEAR);
+        Normal normal = normal_of(at_least(x, least), at_least(of_row[1], least), at_least(of_row[2], least));
+        return behind(&normal, (distance + (float)numbers[DEPTH]) * distance);
+    }
+    if (image[KIND] != FLAT) {
+        int head = span[2] - span[0];
+        return cut[span[4] + (n < span[2] ? n - span[0] : head + (n - span[3]))];
+    }
+    float fraction = 1.0f, y = of_row[1], z = of_row[2];
+    for (int f = 0; f < image[FACES]; f++) {
+        __global const float* face = faces + FACE * ((size_t)image[FIRST_FACE] + f);
+        float reach = face[4], height = height_of(face, x, y, z);
+        if (height >= reach) return 0.0f;
+        if (!(height > -reach)) continue;
+        float most_like = -1.0f;
+        for (int g = 0; g < f; g++) {
+            __global const float* other = faces + FACE * ((size_t)image[FIRST_FACE] + g);
+            float above = height_of(other, x, y, z);
+            if (above + other[4] > 0.0f && height + reach > 0.0f) {
+                float cosine = (face[0] * other[0] + face[1] * other[1]) + face[2] * other[2];
+                if (beyond_edge(height, above, cosine) > 0.0f) return 0.0f;
+                most_like = cosine > most_like ? cosine : most_like;
+            }
+        }
+        Normal normal = {face[5], face[6], face[7], face[8], face[9], face[10], face[11], face[12], face[13]};
+        float part = behind(&normal, height);
+        fraction = fraction < 1.0f ? behind_both(fraction, part, most_like) : part;
+    }
+    return fraction;
+}
+
+// ---- the sweep ----
+
+#define LEAK 0.01
+#define FILM 20.0
+
+#if OPERATOR != 3
+__constant int C[Q][3] = {{0, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {1, 1, 0}, {-1, -1, 0}, {1, -1, 0},
+                          {-1, 1, 0}, {1, 0, 1}, {-1, 0, -1}, {1, 0, -1}, {-1, 0, 1}, {0, 1, 1}, {0, -1, -1}, {0, 1, -1}, {0, -1, 1}};
+
+REAL along(int i, const REAL v[3]) {
+    REAL sum = K(0.0);
+    for (int a = 0; a < 3; a++) sum = fma(K(C[i][a]), v[a], sum);
+    return sum;
+}
+
+// What bounce-back off a moving wall adds to a population (sc1).
+REAL bounced(const Moments* c, const REAL v[3], int i) {
+    REAL cu = along(i, c->u), cv = along(i, v);
+    REAL uu = c->u[0] * c->u[0] + c->u[1] * c->u[1] + c->u[2] * c->u[2], vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    REAL quadratic = K(4.5) * (cv * cv - cu * cu) + K(1.5) * (uu - vv);
+    REAL weight = i == 0 ? K(1.0 / 3.0) : i < 7 ? K(1.0 / 18.0) : K(1.0 / 36.0);
+    return weight * (c->rho * (quadratic + K(3.0) * (cu + cv)));
+}
+#endif
+
+// Sums of `count` columns over the items of a work-group, into the first item of each column.
+void add_up(__local long* columns, int count, int item) {
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int column = item / 16; column < count; column += TILE / 16) {
+        long sum = 0;
+        for (int k = 0; k < 16; k++) sum += columns[TILE * column + 16 * (item % 16) + k];
+        // Each reads and writes its own sixteen.
+        columns[TILE * column + 16 * (item % 16)] = sum;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (item < count) {
+        long sum = 0;
+        for (int k = 0; k < 16; k++) sum += columns[TILE * item + 16 * k];
+        columns[TILE * item] = sum;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+}
+
+#define WORDS 8
+#define LIMIT 0.4
+#define NO_FAULT 0x7fffffffffffffffL
+
+// A work-group for each tile. `sizes`: cells, pitch, rows of a plane with ghosts; `box`: cells of the box, first cell of the block;
+// `relaxation`: factors of the even and the odd part, acceleration, t = tau - 1/2. `walls`, if any: 1 for cells in walls, 2 for those not
+// swept. `received`: of each body, force and moment of what it receives, and of what is taken off in the next step.
+__kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
+    __global Stored* g, __global const ulong* slots, const int4 sizes, const int rows, const int4 box, const int4 corner,
+    __global const REAL* relaxation, const int has_walls, __global const uchar* walls, __global const uint* tile_start,
+    __global const int* tile_images, __global const int* images, __global const double* numbers, __global const float* faces,
+    __global const float* cut, __global const int* spans, __global const float* lengths, __global const REAL* velocities,
+    __global long* received, const int measure, __global long* flows) {
+    __local long columns[12 * TILE];
+    int item = (int)get_local_id(0);
+    int tile = (int)get_group_id(0);
+    int tiles_x = (sizes.x + TX - 1) / TX, tiles_y = (sizes.y + TY - 1) / TY;
+    int x = (tile % tiles_x) * TX + item % TX;
+    int y = (tile / tiles_x % tiles_y) * TY + item / TX % TY;
+    int z = tile / tiles_x / tiles_y * TZ + item / (TX * TY);
+    int is_cell = x < sizes.x && y < sizes.y && z < sizes.z;
+    uchar wall = 0;
+    if (is_cell && has_walls) wall = walls[((size_t)z * sizes.y + y) * sizes.x + x];
+    int is_swept = is_cell && wall != 2;
+    uint first_image = tile_start[tile], last_image = tile_start[tile + 1];
+    size_t cell = ((size_t)(z + 1) * rows + (y + 1)) * sizes.w + 16 + x;
+
+    REAL fraction = K(0.0), sum[3], v[3];
+    for (int a = 0; a < 3; a++) sum[a] = v[a] = K(0.0);
+    if (is_swept && wall == 0) {
+        for (uint k = first_image; k < last_image; k++) {
+            int of = tile_images[k];
+            __global const int* image = images + INTS * of;
+            long row = row_of(image, y, z);
+            if (row < 0) continue;
+            int n = x - image[X_BASE];
+            float phi = fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
+            if (!(phi > 0.0f)) continue;
+            __global const REAL* velocity = velocities + 6 * row;
+            REAL part = (REAL)phi, from_centre = K(n) - velocity[5];
+            REAL u[3] = {velocity[0], velocity[1] + velocity[3] * from_centre, velocity[2] + velocity[4] * from_centre};
+            fraction = fraction + part;
+            for (int a = 0; a < 3; a++) {
+                sum[a] = sum[a] + part * u[a];
+                v[a] = fraction == part ? u[a] : (REAL)((double)sum[a] / (double)fraction);
+            }
+        }
+    }
+
+    REAL mean[3], in[3], out[3], solid = K(0.0);
+    for (int a = 0; a < 3; a++) mean[a] = in[a] = out[a] = K(0.0);
+    if (is_swept) {
+        REAL f[Q];
+        for (int i = 0; i < Q; i++) f[i] = READ(g, cell + slots[i]);
+        Moments c = moments_of(f);
+        REAL k = relaxation[0], k_odd = relaxation[1], t = relaxation[5];
+        REAL target[3], b = K(0.0);
+        Relaxation r;
+        for (int a = 0; a < 3; a++) mean[a] = c.m[a];
+        if (fraction > K(0.0)) {
+            REAL overlap = fraction - K(1.0);
+            overlap = overlap > K(0.0) ? overlap : K(0.0);
+            solid = fraction - overlap;
+            REAL open = K(1.0) - solid;
+            REAL through = fma(K(FILM) * t, overlap, open + K(LEAK));
+            REAL total = through + t, mixed = fma(open, t, through);
+            REAL over = solid * (K(1.0) / (total * mixed));
+            b = (t * mixed) * over;
+            REAL driven = fma(-(through * total), over, K(1.0));
+            REAL given = (b * c.rho) * (OPERATOR == 3 ? K(2.0) : K(1.0));
+            REAL kept = (K(1.0) - b) * (c.rho * driven);
+            for (int a = 0; a < 3; a++) {
+                REAL acceleration = relaxation[2 + a];
+                target[a] = fma(driven, acceleration, c.u[a]);
+                REAL force = given * (c.u[a] - v[a]);
+                REAL left = fma(kept, acceleration, c.m[a]) - force;
+                REAL inside = solid * fma(-c.rho, v[a], left);
+                mean[a] = c.m[a] - solid * (c.m[a] - c.rho * v[a]);
+                in[a] = force + inside;
+                out[a] = inside;
+            }
+            r = relaxation_of(&c, target, k, k_odd, OPERATOR == 3, b, v);
+        } else {
+            for (int a = 0; a < 3; a++) target[a] = c.u[a] + relaxation[2 + a];
+            r = relaxation_of(&c, target, k, k_odd, 0, b, v);
+        }
+        if (wall == 1) {
+            for (int i = 0; i < Q; i++) WRITE(g, cell + slots[i], K(0.0));
+            for (int a = 0; a < 3; a++) mean[a] = K(0.0);
+#if OPERATOR != 3
+        } else if (fraction > K(0.0)) {
+            // In populations as they are, not as they are stored.
+            Relaxation to = relaxation_of(&c, v, k, k_odd, 0, b, v);
+            for (int a = 0; a < 2; a++) { r.base[a] = UNSCALED(r.base[a]); to.base[a] = UNSCALED(to.base[a]); }
+            for (int a = 0; a < 6; a++) { r.quadratic[a] = UNSCALED(r.quadratic[a]); to.quadratic[a] = UNSCALED(to.quadratic[a]); }
+            for (int a = 0; a < 3; a++) { r.linear[a] = UNSCALED(r.linear[a]); to.linear[a] = UNSCALED(to.linear[a]); }
+            for (int i = 0; i < Q; i++) f[i] = UNSCALED(f[i]);
+            REAL relaxed = fma(r.rest, f[0], K(6.0) * r.base[0]);
+            REAL pulled = OPERATOR == 2 ? fma(to.rest, f[0], K(6.0) * to.base[0]) : f[0] + bounced(&c, v, 0);
+            WRITE(g, cell + slots[0], SCALED(fma(b, pulled - relaxed, relaxed)));
+            for (int i = 1; i < Q; i += 2) {
+                REAL there, back, pulled_there, pulled_back;
+                pair_of(&r, i, f[i], f[i + 1], &there, &back);
+                if (OPERATOR == 2) {
+                    pair_of(&to, i, f[i], f[i + 1], &pulled_there, &pulled_back);
+                } else {
+                    pulled_there = f[i + 1] + bounced(&c, v, i);
+                    pulled_back = f[i] + bounced(&c, v, i + 1);
+                }
+                WRITE(g, cell + slots[i + 1], SCALED(fma(b, pulled_there - there, there)));
+                WRITE(g, cell + slots[i], SCALED(fma(b, pulled_back - back, back)));
+            }
+#endif
+        } else {
+            WRITE(g, cell + slots[0], fma(r.rest, f[0], K(6.0) * r.base[0]));
+            for (int i = 1; i < Q; i += 2) {
+                REAL there, back;
+                pair_of(&r, i, f[i], f[i + 1], &there, &back);
+                WRITE(g, cell + slots[i + 1], there);
+                WRITE(g, cell + slots[i], back);
+            }
+        }
+    }
+
+    // What each body gets of this tile; the loop is the same for all items.
+    for (uint k = first_image; k < last_image; k++) {
+        int of = tile_images[k];
+        __global const int* image = images + INTS * of;
+        for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
+        if (fraction > K(0.0)) {
+            long row = row_of(image, y, z);
+            int n = x - image[X_BASE];
+            float phi =
+                row < 0 ? 0.0f : fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
+            if (phi > 0.0f) {
+                double share = (double)phi / (double)fraction;
+                long ny = y - image[Y_BASE], nz = z - image[Z_BASE];
+                for (int way = 0; way < 2; way++) {
+                    double p[3];
+                    for (int a = 0; a < 3; a++) p[a] = share * (double)(way == 0 ? in[a] : out[a]);
+                    long fx = to_fixed(p[0]), fy = to_fixed(p[1]), fz = to_fixed(p[2]);
+                    long xy = to_fixed((double)n * p[1]), xz = to_fixed((double)n * p[2]);
+                    __local long* mine = columns + TILE * 6 * way + item;
+                    mine[0] = fx;
+                    mine[TILE] = fy;
+                    mine[TILE * 2] = fz;
+                    mine[TILE * 3] = ny * fz - nz * fy;
+                    mine[TILE * 4] = nz * fx - xz;
+                    mine[TILE * 5] = xy - ny * fx;
+                }
+            }
+        }
+        add_up(columns, 12, item);
+        if (item < 12 && columns[TILE * item] != 0) atom_add(received + 12 * (size_t)image[BODY] + item, columns[TILE * item]);
+        barrier(CLK_LOCAL_MEM_FENCE);
+    }
+
+    if (measure) {
+        double p[3] = {(double)mean[0], (double)mean[1], (double)mean[2]};
+        double square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        int counts = is_swept && wall == 0;
+        for (int a = 0; a < 3; a++) columns[TILE * a + item] = counts ? to_fixed(p[a]) : 0;
+        columns[TILE * 3 + item] = counts ? to_fixed(square) : 0;
+        columns[TILE * 4 + item] = counts ? to_fixed((double)solid) : 0;
+        columns[TILE * 5 + item] = as_long(counts ? square : 0.0);
+        add_up(columns, 5, item);
+        if (item == 0) {
+            double most = 0.0, speed = 0.0;
+            long fault = NO_FAULT;
+            for (int k = 0; k < TILE; k++) {
+                double pp = as_double(columns[TILE * 5 + k]);
+                if (pp > most) most = pp;
+                double s = sqrt(pp);
+                if (!(pp < LIMIT * LIMIT) && !(s < LIMIT)) {
+                    // Items are in the order of the box, but for rows of the tile that follow each other.
+                    long kx = corner.x + (tile % tiles_x) * TX + k % TX;
+                    long ky = corner.y + (tile / tiles_x % tiles_y) * TY + k / TX % TY;
+                    long kz = corner.z + tile / tiles_x / tiles_y * TZ + k / (TX * TY);
+                    long key = (kz * box.y + ky) * box.x + kx;
+                    if (key < fault) {
+                        fault = key;
+                        speed = s;
+                    }
+                }
+            }
+            __global long* flow = flows + WORDS * (size_t)tile;
+            for (int j = 0; j < 5; j++) flow[j] = columns[TILE * j];
+            flow[5] = as_long(most);
+            flow[6] = fault;
+            flow[7] = as_long(speed);
+        }
+    }
+}
+
+// Adds up the flows of all tiles: the words `n & 0xffffffffff` and `n >> 40` of each sum, the largest square of a speed, the first cell that
+// is too fast, and its speed.
+__kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void flow_total(__global const long* flows, const int tiles, __global long* total) {
+    __local long columns[13 * TILE];
+    int item = (int)get_local_id(0);
+    long words[10];
+    for (int j = 0; j < 10; j++) words[j] = 0;
+    double most = 0.0;
+    long fault = NO_FAULT, speed = 0;
+    for (int tile = item; tile < tiles; tile += TILE) {
+        __global const long* flow = flows + WORDS * (size_t)tile;
+        for (int j = 0; j < 5; j++) {
+            words[2 * j] += flow[j] & 0xffffffffffL;
+            words[2 * j + 1] += flow[j] >> 40;
+        }
+        double square = as_double(flow[5]);
+        if (square > most) most = square;
+        if (flow[6] < fault) {
+            fault = flow[6];
+            speed = flow[7];
+        }
+    }
+    for (int j = 0; j < 10; j++) columns[TILE * j + item] = words[j];
+    columns[TILE * 10 + item] = as_long(most);
+    columns[TILE * 11 + item] = fault;
+    columns[TILE * 12 + item] = speed;
+    add_up(columns, 10, item);
+    if (item == 0) {
+        for (int k = 0; k < TILE; k++) {
+            double square = as_double(columns[TILE * 10 + k]);
+            if (square > most) most = square;
+            if (columns[TILE * 11 + k] < fault) {
+                fault = columns[TILE * 11 + k];
+                speed = columns[TILE * 12 + k];
+            }
+        }
+        for (int j = 0; j < 10; j++) total[j] = columns[TILE * j];
+        total[10] = as_long(most);
+        total[11] = fault;
+        total[12] = speed;
+    }
+}
+
+// ---- links ----
+
+// Copies populations, with a correction each if there are any (moving walls).
+__kernel void copy_links(__global Stored* g, __global const ulong* to, __global const ulong* from, const ulong count, const int corrected,
+                         __global const REAL* corrections) {
+    size_t k = get_global_id(0);
+    if (k >= count) return;
+    REAL population = READ(g, from[k]);
+    if (corrected) population = SCALED(UNSCALED(population) + corrections[k]);
+    WRITE(g, to[k], population);
+}
+
+// Populations that cross to other blocks, into a message and out of it.
+__kernel void pack(__global const Stored* g, __global const ulong* from, const ulong count, __global Stored* message) {
+    size_t k = get_global_id(0);
+    if (k < count) WRITE(message, k, READ(g, from[k]));
+}
+
+__kernel void unpack(__global Stored* g, __global const ulong* to, const ulong count, __global const Stored* message) {
+    size_t k = get_global_id(0);
+    if (k < count) WRITE(g, to[k], READ(message, k));
+}
+
+// What the copying of memory reaches on this device: reads and writes every number once.
+__kernel void stream(__global double* data, const ulong count) {
+    size_t k = get_global_id(0);
+    if (k < count) data[k] = data[k] * 1.0001 + 1.0;
+}
