@@ -192,6 +192,8 @@ pub struct RunPlan {
     pub precision: Precision,
     /// Instruction set; `None` takes the best this processor has.
     pub simd: Option<Simd>,
+    /// Number of the device that computes the fluid; `None` is the processor.
+    pub device: Option<usize>,
     /// Files to write.
     pub output: OutputPlan,
 }

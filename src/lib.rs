@@ -30,6 +30,7 @@
 //! | [`coupling`] | solid volume fractions, momentum exchange, driving; [`AnyFluid`](coupling::AnyFluid) |
 //! | [`engine`] | which engine moves the particles of a case |
 //! | [`fluid`], [`lattice`] | the lattice Boltzmann fluid of one rank, in lattice units |
+//! | [`device`] | GPUs that compute the fluid |
 //! | [`dem`], [`contact`] | engines that move particles, contact forces |
 //! | [`particle`], [`shape`], [`wall`] | bodies and walls |
 //! | [`packing`], [`mesh`] | random positions; bodies from STL and OBJ files |
@@ -55,6 +56,8 @@ pub mod simulation;
 pub use builder::{Builder, Particles, Wall};
 pub use case::Setup;
 pub use simulation::Simulation;
+#[cfg(feature = "gpu")]
+pub use turbid_core::device;
 pub use turbid_core::{Error, Result};
 pub use turbid_core::{
     comm, contact, coupling, dem, domain, error, fluid, lattice, math, particle, shape, timing, units, wall,

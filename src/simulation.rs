@@ -23,6 +23,8 @@ use crate::coupling::{
     LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
+#[cfg(feature = "gpu")]
+use crate::device::Device;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams};
@@ -121,11 +123,16 @@ impl FluidSystem {
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &setup.units());
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
-        let fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
+        #[allow(unused_mut)] // without devices nothing changes it
+        let mut fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
         let cells = cells[0] as f64;
         let (coupling, driving) = Self::acting(setup, of, decomposition, comm.rank(), cells);
+        #[cfg(feature = "gpu")]
+        if let Some(number) = setup.plan.device {
+            comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &coupling)))?;
+        }
         Ok(Self { fluid, coupling, driving, cells })
     }
 
@@ -161,6 +168,10 @@ impl FluidSystem {
         let mut coupling = Coupling::new(coupling, decomposition, rank, reach);
         let masses = (0..templates.len()).map(|n| setup.virtual_mass(of, n)).collect();
         coupling.set_virtual_masses(masses);
+        #[cfg(feature = "gpu")]
+        if setup.plan.device.is_some() {
+            coupling.use_device();
+        }
         (coupling, Driving::new(driving))
     }
 }
@@ -237,6 +248,9 @@ impl Simulation {
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
         if let Some(FluidSystem { fluid, .. }) = system {
             t.stage("halo", || fluid.exchange());
+            if let Some(error) = fluid.take_failure() {
+                failure.get_or_insert(error);
+            }
         }
 
         if let Err(mut error) = moved {

@@ -1,7 +1,7 @@
 //! The run plan: its length and outputs, which may change when a run is resumed.
 
 use super::checks::{Clock, Document};
-use super::file::{CheckpointEvery, Duration, EngineKind, Every};
+use super::file::{CheckpointEvery, Coupling, Duration, EngineKind, Every};
 use super::overrides::split;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
@@ -30,12 +30,14 @@ impl RunPlan {
     pub(super) fn new(document: &Document, known: &Known) -> Result<Self> {
         let clock = known.clock;
         let end_step = document.steps("run.end", document.case.run.end, clock)?;
+        let (device, threads) = (device(document)?, document.case.run.threads);
         Ok(Self {
             end_step,
             average_from_step: average_from(document, clock, end_step)?,
-            threads: document.case.run.threads,
+            threads: if device.is_some() && threads == 0 { 1 } else { threads },
             precision: document.case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
             simd: simd(document)?,
+            device,
             output: output(document, known, end_step)?,
         })
     }
@@ -261,6 +263,41 @@ fn simd(document: &Document) -> Result<Option<Simd>> {
             Err(document.out_of_range("run.simd", asked.name(), "one this processor has", &remedy))
         }
         asked => Ok(asked),
+    }
+}
+
+/// Number of the device asked for, if it is there and can do what the case needs.
+fn device(document: &Document) -> Result<Option<usize>> {
+    let Some(asked) = document.case.run.device.as_deref().filter(|asked| *asked != "cpu") else {
+        return Ok(None);
+    };
+    let refused =
+        |wanted: &str, remedy: &str| Err(document.out_of_range("run.device", asked, wanted, remedy));
+    let number = match asked.strip_prefix("gpu") {
+        Some("") => 0,
+        number => match number.and_then(|number| number.strip_prefix(':')?.parse().ok()) {
+            Some(number) => number,
+            None => return refused("\"cpu\", \"gpu\" or \"gpu:1\"", "`turbid doctor` lists the devices"),
+        },
+    };
+    let Some(lattice) = document.case.lattice.as_ref().filter(|_| document.case.fluid.is_some()) else {
+        return refused("\"cpu\" without a fluid", "leave the key out; particles are moved by the processor");
+    };
+    if lattice.coupling == Coupling::Homogenised {
+        return refused(
+            "\"cpu\" with the coupling \"homogenised\"",
+            "leave the key out, or set lattice.coupling = \"saturated\"",
+        );
+    }
+    #[cfg(feature = "gpu")]
+    match crate::device::Device::open(number) {
+        Ok(_) => Ok(Some(number)),
+        Err(error) => refused("a device that is here", &error.to_string()),
+    }
+    #[cfg(not(feature = "gpu"))]
+    {
+        let _ = number;
+        refused("\"cpu\", as this program was built without devices", "build it with the cargo feature `gpu`")
     }
 }
 

@@ -71,6 +71,9 @@ pub struct Summary {
     pub precision: String,
     /// Instruction set of the kernels.
     pub simd: String,
+    /// Name of the device that computed the fluid; none if the processor did.
+    #[serde(default)]
+    pub device: Option<String>,
     /// Ranks.
     pub ranks: usize,
     /// Threads.
@@ -232,6 +235,7 @@ mod tests {
             stages: BTreeMap::from([("collide".to_string(), 1e-3)]),
             precision: "f32".into(),
             simd: "avx2".into(),
+            device: None,
             ranks: 2,
             threads: 2,
             state_hash: "00ff00ff00ff00ff".into(),

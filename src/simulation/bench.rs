@@ -5,7 +5,7 @@ mod alone;
 mod costs;
 mod report;
 
-use super::observe::instruction_set;
+use super::observe::{device_name, instruction_set};
 use super::run::{agreed, decompose, forecast, on_ranks};
 use super::work::Calibration;
 use super::{Simulation, Timings, identity};
@@ -63,6 +63,7 @@ pub fn bench_conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
     let more = json!({
         "particles": setup.particles.len(),
         "simd": instruction_set(setup),
+        "device": device_name(setup),
         "ranks": decompose(setup)?.ranks(),
         "steps": options.steps,
         "warm_up": options.warm_up,

@@ -3,6 +3,7 @@
 use crate::case::Setup;
 use crate::error::Error;
 use crate::math::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// Accelerations and velocities that drive a case, and the remedy, for the message of a divergence.
 pub(super) fn hint(setup: &Setup) -> String {
@@ -50,12 +51,21 @@ pub(super) fn hint(setup: &Setup) -> String {
     }
 }
 
+/// What failed.
+#[derive(Serialize, Deserialize)]
+enum Kind {
+    Divergence,
+    Engine,
+    Device,
+}
+
 /// A failure that all ranks learn of at `step`, for a message; that of an engine keeps the step at which it was noticed.
 pub(super) fn to_bytes(error: Error, step: u64) -> Vec<u8> {
     let failure = match error {
-        Error::Engine { step, what, .. } => (true, step, what),
-        Error::Diverged { what, .. } => (false, step, what),
-        other => (false, step, other.to_string()),
+        Error::Engine { step, what, .. } => (Kind::Engine, step, what),
+        Error::Device { what, .. } => (Kind::Device, step, what),
+        Error::Diverged { what, .. } => (Kind::Divergence, step, what),
+        other => (Kind::Divergence, step, other.to_string()),
     };
     serde_json::to_vec(&failure).expect("plain JSON")
 }
@@ -65,8 +75,9 @@ pub(super) fn to_bytes(error: Error, step: u64) -> Vec<u8> {
 pub(super) fn first(all: &[Vec<u8>], engine: &'static str, hint: &str) -> Error {
     let first = all.iter().find(|bytes| !bytes.is_empty()).expect("called when a rank has failed");
     match serde_json::from_slice(first).expect("made by to_bytes") {
-        (true, step, what) => Error::Engine { engine, step, what },
-        (false, step, what) => Error::Diverged { step, what: what + hint },
+        (Kind::Engine, step, what) => Error::Engine { engine, step, what },
+        (Kind::Device, step, what) => Error::Device { step, what },
+        (Kind::Divergence, step, what) => Error::Diverged { step, what: what + hint },
     }
 }
 

@@ -25,6 +25,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
+pub(super) use summary::device_name;
 pub use summary::instruction_set;
 
 /// All writers of a run.

@@ -82,6 +82,20 @@ struct Changes {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
+    #[arg(long)]
+    device: Option<String>,
+}
+
+impl Changes {
+    /// All keys that are set, that of `--device` among them.
+    fn all(&self) -> Vec<String> {
+        with_device(&self.set, self.device.as_ref())
+    }
+}
+
+fn with_device(set: &[String], device: Option<&String>) -> Vec<String> {
+    set.iter().cloned().chain(device.map(|device| format!("run.device={device:?}"))).collect()
 }
 
 #[derive(Debug, Args)]
@@ -120,6 +134,9 @@ struct ResumeArguments {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
+    /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
+    #[arg(long)]
+    device: Option<String>,
     #[command(flatten)]
     flags: RunFlags,
 }
@@ -275,7 +292,8 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
 
 /// Reads a case with its changes and prints its warnings and notes.
 fn load(path: &Path, changes: &Changes) -> Result<Setup> {
-    let read = || case::load(path, &changes.set);
+    let set = changes.all();
+    let read = || case::load(path, &set);
     let mut setup = terminal::waiting("reading the case and placing its particles", read)?;
     setup.plan.threads = changes.threads.unwrap_or(setup.plan.threads);
     for warning in &setup.provenance.warnings {

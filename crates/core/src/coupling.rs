@@ -142,13 +142,18 @@ impl Coupling {
         }
     }
 
-    /// Prepares the bodies for a device from now on; returns the number of the operator. Only partially saturated cells are computed there.
+    /// Prepares the bodies for a device from now on; only partially saturated cells are computed there.
     #[cfg(feature = "gpu")]
-    fn use_device(&mut self) -> u32 {
+    pub fn use_device(&mut self) {
+        self.images = Some(Images::default());
+    }
+
+    /// Number of the operator of partially saturated cells for the kernels of a device.
+    #[cfg(feature = "gpu")]
+    fn operator_number(&self) -> u32 {
         let Method::Saturated(Saturated { operator, .. }) = self.params.method else {
             panic!("a case with another method is refused");
         };
-        self.images = Some(Images::default());
         match operator {
             SolidOperator::Sc1 => 1,
             SolidOperator::Sc2 => 2,
@@ -208,7 +213,7 @@ impl Coupling {
         for i in order {
             let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
             mapper.each_image(&self.decomposition.domain, self.block, reference, i, |image| {
-                visit(mapper, image)
+                visit(mapper, image);
             });
         }
     }

@@ -118,6 +118,41 @@ impl Device {
         &self.info
     }
 
+    /// Measures the bandwidth of the memory (bytes per second, read and write counted) and the rate in double precision (operations per
+    /// second, a fused product and sum being two): the best of five.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the device does not do it.
+    pub fn measure(&self) -> Result<[f64; 2]> {
+        const CHAINS: usize = 1 << 18;
+        const ROUNDS: i32 = 256;
+        let kernels = self.compile(crate::fluid::KERNELS, "-DREAL=float -DPAIRS=1 -DOPERATOR=3")?;
+        let queue = self.queue(&kernels)?;
+        let numbers = (self.info.largest / 16).min(1 << 25) as usize / 256 * 256;
+        let array = queue.zeroed(numbers * 8, "a measurement")?;
+        let (stream, chains) = (kernels.kernel("stream"), kernels.kernel("chains"));
+        let mut best = [0.0_f64; 2];
+        for _ in 0..6 {
+            let of = [Argument::Array(&array), Argument::Long(numbers as u64)];
+            let rates = [
+                // SAFETY: the arguments of the kernel; the array has so many numbers.
+                timed(&queue, || unsafe { queue.launch(&stream, &of, [numbers, 1], Some(256)) })
+                    .map(|time| 16.0 * numbers as f64 / time),
+                // SAFETY: the arguments of the kernel; the array has a number for each item.
+                timed(&queue, || unsafe {
+                    let of = [Argument::Array(&array), Argument::Int(ROUNDS)];
+                    queue.launch(&chains, &of, [CHAINS.min(numbers), 1], Some(256))
+                })
+                .map(|time| 16.0 * f64::from(ROUNDS) * CHAINS.min(numbers) as f64 / time),
+            ];
+            for (best, rate) in best.iter_mut().zip(rates) {
+                *best =
+                    best.max(rate.map_err(|failed| Error::Input(format!("{}: {failed}", self.info.name)))?);
+            }
+        }
+        Ok(best)
+    }
+
     /// Compiles kernels with options of the preprocessor, once for each device and options.
     ///
     /// # Errors
@@ -132,7 +167,7 @@ impl Device {
         // The same bits as the processor's: divisions as IEEE 754 says, nothing relaxed.
         let options_of_all = format!("-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt {options}");
         let context =
-            Context::from_device(&self.id).map_err(|error| self.failed("make a context on", error))?;
+            Context::from_device(&self.id).map_err(|error| self.failed("make a context on", &error))?;
         let program =
             Program::create_and_build_from_source(&context, source, &options_of_all).map_err(|log| {
                 let path = std::env::temp_dir().join(format!("turbid-kernels-{}.log", std::process::id()));
@@ -153,13 +188,25 @@ impl Device {
     pub(crate) fn queue(&self, kernels: &Arc<Kernels>) -> Result<Queue> {
         // SAFETY: context and device are valid; no host memory is involved.
         let queue = unsafe { CommandQueue::create_with_properties(&kernels.context, self.id.id(), 0, 0) };
-        let queue = queue.map_err(|error| self.failed("make a queue on", error))?;
-        Ok(Queue { queue, kernels: kernels.clone(), device: self.clone() })
+        let queue = queue.map_err(|error| self.failed("make a queue on", &error))?;
+        Ok(Queue { commands: queue, kernels: kernels.clone(), device: self.clone() })
     }
 
-    fn failed(&self, what: &str, error: ClError) -> Error {
+    fn failed(&self, what: &str, error: &ClError) -> Error {
         Error::Input(format!("cannot {what} {}: {error}", self.info.name))
     }
+}
+
+/// Time that the device takes (s).
+fn timed(
+    queue: &Queue,
+    work: impl FnOnce() -> std::result::Result<(), Failed>,
+) -> std::result::Result<f64, Failed> {
+    queue.finish()?;
+    let start = std::time::Instant::now();
+    work()?;
+    queue.finish()?;
+    Ok(start.elapsed().as_secs_f64())
 }
 
 /// Address of a device, to compare.
@@ -211,7 +258,7 @@ pub(crate) enum Argument<'a> {
 
 /// Work on a device, done in the order in which it is given.
 pub(crate) struct Queue {
-    queue: CommandQueue,
+    commands: CommandQueue,
     pub(crate) kernels: Arc<Kernels>,
     device: Device,
 }
@@ -243,7 +290,7 @@ impl Queue {
         };
         let mut array = Array { buffer: buffer.map_err(|_| refused())?, bytes: size };
         self.clear(&mut array, size).map_err(|_| refused())?;
-        self.queue.finish().map_err(|_| refused())?;
+        self.commands.finish().map_err(|_| refused())?;
         Ok(array)
     }
 
@@ -264,7 +311,7 @@ impl Queue {
     pub(crate) fn clear(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
         // SAFETY: the array has so many bytes.
         unsafe {
-            self.queue.enqueue_fill_buffer(&mut array.buffer, &[0_u8], 0, bytes.min(array.bytes), &[])
+            self.commands.enqueue_fill_buffer(&mut array.buffer, &[0_u8], 0, bytes.min(array.bytes), &[])
         }?;
         Ok(())
     }
@@ -279,7 +326,7 @@ impl Queue {
         self.reserve(array, bytes.len())?;
         if !bytes.is_empty() {
             // SAFETY: the array has room, and the call returns when the bytes have been read.
-            unsafe { self.queue.enqueue_write_buffer(&mut array.buffer, CL_TRUE, 0, bytes, &[]) }?;
+            unsafe { self.commands.enqueue_write_buffer(&mut array.buffer, CL_TRUE, 0, bytes, &[]) }?;
         }
         Ok(())
     }
@@ -294,7 +341,7 @@ impl Queue {
         assert!(bytes.len() <= array.bytes);
         if !bytes.is_empty() {
             // SAFETY: the array has so many bytes, and the call returns when they have been written.
-            unsafe { self.queue.enqueue_read_buffer(&array.buffer, CL_TRUE, 0, bytes, &[]) }?;
+            unsafe { self.commands.enqueue_read_buffer(&array.buffer, CL_TRUE, 0, bytes, &[]) }?;
         }
         Ok(())
     }
@@ -325,14 +372,21 @@ impl Queue {
         let group = group.as_ref().map_or(std::ptr::null(), |group| group.as_ptr());
         // SAFETY: as above; sizes have as many numbers as there are directions.
         unsafe {
-            self.queue.enqueue_nd_range_kernel(kernel.get(), 2, std::ptr::null(), items.as_ptr(), group, &[])
+            self.commands.enqueue_nd_range_kernel(
+                kernel.get(),
+                2,
+                std::ptr::null(),
+                items.as_ptr(),
+                group,
+                &[],
+            )
         }?;
         Ok(())
     }
 
     /// Waits for all that was given.
     pub(crate) fn finish(&self) -> std::result::Result<(), Failed> {
-        Ok(self.queue.finish()?)
+        Ok(self.commands.finish()?)
     }
 
     /// The device.

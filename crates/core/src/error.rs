@@ -93,11 +93,11 @@ pub enum Error {
         what: String,
     },
     /// The device that computes the fluid failed while the run was under way.
-    #[error("the device {name} failed: {what}")]
+    #[error("the device failed at step {step}: {what}")]
     Device {
-        /// Name of the device.
-        name: String,
-        /// Message of its driver.
+        /// Fluid step at which it was noticed.
+        step: u64,
+        /// Name of the device, and the message of its driver.
         what: String,
     },
     /// Failure of one rank, with the text on which all ranks agreed.

@@ -37,6 +37,7 @@ pub(super) fn summary(
         stages: stages.map(|&(name, s)| (name.to_owned(), s / done.max(1) as f64)).collect(),
         precision: setup.plan.precision.name().to_owned(),
         simd: instruction_set(setup).to_owned(),
+        device: device_name(setup),
         ranks: simulation.comm.size(),
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
@@ -58,6 +59,14 @@ pub(super) fn summary(
         input: setup.provenance.text.clone(),
         ..Summary::default()
     }
+}
+
+/// Name of the device that computes the fluid of a case, if it is not the processor.
+pub(in crate::simulation) fn device_name(setup: &Setup) -> Option<String> {
+    #[cfg(feature = "gpu")]
+    return setup.plan.device.and_then(|number| Some(crate::device::devices().get(number)?.name.clone()));
+    #[cfg(not(feature = "gpu"))]
+    setup.plan.device.map(|number| number.to_string())
 }
 
 /// The instruction set that the kernels of a case use here.

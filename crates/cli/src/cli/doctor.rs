@@ -1,7 +1,7 @@
 //! `turbid doctor`: what this machine offers, what is fine, what to change.
 
 use super::machine;
-use super::terminal::{row, table};
+use super::terminal::{Row, row, table};
 use std::path::{Path, PathBuf};
 use turbid::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use turbid::fluid::{Precision, Simd};
@@ -28,7 +28,7 @@ pub(super) fn report() -> String {
     });
     let (memory, free) = memory.unwrap_or_else(|| ("unknown".into(), "no /proc/meminfo here".into()));
     let has_mpi = cfg!(feature = "mpi");
-    table(&[
+    let mut rows = vec![
         row("version", env!("CARGO_PKG_VERSION"), build),
         row("threads", machine::cores().to_string(), threads),
         row("instructions", simd.name(), simd_remark(simd)),
@@ -36,7 +36,53 @@ pub(super) fn report() -> String {
         row("memory", memory, free),
         row("LIGGGHTS", yes_or_no(HAS_LIGGGHTS), liggghts_remark(HAS_LIGGGHTS)),
         row("MPI", yes_or_no(has_mpi), mpi_remark(has_mpi, launcher().as_deref())),
-    ])
+    ];
+    add_devices(&mut rows);
+    table(&rows)
+}
+
+/// Devices that `--device` takes, with what they reach.
+#[cfg(feature = "gpu")]
+fn add_devices(rows: &mut Vec<Row>) {
+    use turbid::device::{Device, devices};
+    let found = devices();
+    if found.is_empty() {
+        rows.push(row(
+            "devices",
+            "none",
+            "--device gpu needs the driver of a graphics card with OpenCL; the processor needs none",
+        ));
+    }
+    for (number, info) in found.iter().enumerate() {
+        let remark = match &info.refused {
+            Some(why) => format!("cannot be used: {why}"),
+            None => match Device::open(number).and_then(|device| device.measure()) {
+                Ok([bandwidth, rate]) => format!(
+                    "{}, {:.1} GB/s, {:.0} GFLOP/s in double precision{}; {}",
+                    machine::in_bytes(info.memory as f64),
+                    bandwidth / 1e9,
+                    rate / 1e9,
+                    if info.is_processor {
+                        ", slower than --device cpu, which is this processor too"
+                    } else {
+                        ""
+                    },
+                    info.driver
+                ),
+                Err(error) => error.to_string(),
+            },
+        };
+        rows.push(row(format!("gpu:{number}"), info.name.clone(), remark));
+    }
+}
+
+#[cfg(not(feature = "gpu"))]
+fn add_devices(rows: &mut Vec<Row>) {
+    rows.push(row(
+        "devices",
+        "no",
+        "for GPUs: cargo build --release with the feature gpu, which is on by default",
+    ));
 }
 
 fn simd_remark(simd: Simd) -> &'static str {

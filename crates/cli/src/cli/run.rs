@@ -2,7 +2,7 @@
 
 use super::progress::Terminal;
 use super::terminal::{say, warn};
-use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals};
+use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals, with_device};
 use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
@@ -50,7 +50,8 @@ pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
 /// The saved case, as [`prepare`].
 fn prepare_resume(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
     let options = options(&arguments.flags, STOPPING)?;
-    let setup = simulation::saved_setup(&arguments.directory, &arguments.set, arguments.threads)?;
+    let set = with_device(&arguments.set, arguments.device.as_ref());
+    let setup = simulation::saved_setup(&arguments.directory, &set, arguments.threads)?;
     preflight::refuse_what_does_not_fit(&setup)?;
     Ok((setup, options))
 }

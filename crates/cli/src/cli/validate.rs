@@ -57,8 +57,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     let kept = arguments.out.clone().filter(|_| full);
     let answer = if kept.is_some() { run::STOPPING } else { "stopping" };
     let options = run::options(&flags, answer)?;
-    let mut context =
-        SuiteContext::new(arguments.changes.set.clone(), arguments.changes.threads.unwrap_or(0));
+    let mut context = SuiteContext::new(arguments.changes.all(), arguments.changes.threads.unwrap_or(0));
     context.kept = kept;
     context.stop = options.stop;
     context.deadline = options.max_walltime.map(|limit| start + limit);

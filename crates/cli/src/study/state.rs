@@ -17,9 +17,10 @@ use turbid::output::OutputFiles;
 use turbid::simulation::{identity, instruction_set};
 
 /// Keys of a case that do not change the results which a study uses.
-const IRRELEVANT: [(&str, &str); 11] = [
+const IRRELEVANT: [(&str, &str); 12] = [
     ("run", "threads"),
     ("run", "simd"),
+    ("run", "device"),
     ("output", "directory"),
     ("output", "fields_every"),
     ("output", "particles_every"),

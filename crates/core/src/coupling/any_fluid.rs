@@ -65,13 +65,13 @@ impl AnyFluid {
         }
     }
 
-    /// Computes on a device from now on, together with its coupling.
+    /// Computes on a device from now on, with a coupling that is [prepared](Coupling::use_device) for it.
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if the device has not the memory, or if its compiler refuses the kernels.
     #[cfg(feature = "gpu")]
-    pub fn use_device(&mut self, device: &crate::device::Device, coupling: &mut Coupling) -> Result<()> {
-        let operator = coupling.use_device();
+    pub fn use_device(&mut self, device: &crate::device::Device, coupling: &Coupling) -> Result<()> {
+        let operator = coupling.operator_number();
         let precision = self.precision();
         either!(self, fluid => fluid.use_device(device, precision, operator))
     }

@@ -117,7 +117,7 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
     ParticleStore { templates: templates(), particles, owned, owners }
 }
 
-/// Steps of the scene, on a device from step `from` to step `to`.
+/// Nine steps of the scene, on the processor or on a device.
 fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&Device>) -> Outcome {
     let domain = Domain { periodic: scene.periodic, cells: scene.cells, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
@@ -139,7 +139,8 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
         let reach = 6.5 * UNITS.dx;
         let mut coupling = Coupling::new(coupled(method), &decomposition, comm.rank(), reach);
         if let Some(device) = device {
-            fluid.use_device(device, &mut coupling).unwrap();
+            coupling.use_device();
+            fluid.use_device(device, &coupling).unwrap();
         }
         let (mut loads, mut flows) = (Vec::new(), Vec::new());
         for step in 0..9 {

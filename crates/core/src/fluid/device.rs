@@ -21,6 +21,8 @@ use std::cell::{Cell, RefCell};
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
+/// Source of the kernels.
+pub(crate) const KERNELS: &str = include_str!("device/kernels.cl");
 /// Cells that a work-group sweeps, as in the kernels.
 const TILE: [usize; 3] = [32, 4, 2];
 const ITEMS: usize = TILE[0] * TILE[1] * TILE[2];
@@ -74,7 +76,7 @@ impl<S: Population> From<Buffer<S>> for Populations<S> {
 impl<S: Population> Populations<S> {
     /// The start of the memory on the host.
     pub(super) fn root(&mut self) -> *mut S {
-        self.deref_mut();
+        let _: &mut [S] = self;
         self.host.get_mut().root()
     }
 
@@ -210,7 +212,7 @@ impl<S: Population> DeviceFluid<S> {
         populations: &mut Populations<S>,
     ) -> Result<Self> {
         let layout = host.layout;
-        let kernels = device.compile(include_str!("device/kernels.cl"), &options(precision, operator))?;
+        let kernels = device.compile(KERNELS, &options(precision, operator))?;
         let queue = Rc::new(device.queue(&kernels)?);
         let failed = Rc::new(Failure::default());
         let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
@@ -529,5 +531,5 @@ impl<S: Population> DeviceFluid<S> {
 }
 
 fn lost(queue: &Queue, failed: &Failed) -> Error {
-    Error::Device { name: queue.device().info().name.clone(), what: failed.to_string() }
+    Error::Device { step: 0, what: format!("{}: {failed}", queue.device().info().name) }
 }
