@@ -7,6 +7,7 @@ cd "$(dirname "$0")"
 need_cargo
 need_linker
 need_features mpi,liggghts
+need_device
 cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
 cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
 
@@ -29,6 +30,7 @@ stage documentation env RUSTDOCFLAGS="-D warnings" \
 stage "lints without features" cargo clippy --locked --all-targets --quiet -- -D warnings
 stage "tests without features" env CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false \
     cargo test --locked --profile dev --test program bad_input
-# One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks.
+# One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks. There is a device, if only the
+# processor; tests that need one must not pass without.
 echo "== tests" >&2
-exec cargo test --locked --workspace --all-features
+exec env TURBID_NEEDS_DEVICE=1 cargo test --locked --workspace --all-features

@@ -72,6 +72,11 @@ need_mpi() {
     [ -z "$missing" ] || install_packages "MPI and what builds against it" $missing
 }
 
+# Tests of the cargo feature `gpu`: a driver of OpenCL for the processor, and what loads it.
+need_device() {
+    any_file /etc/OpenCL/vendors/*.icd || install_packages "a driver of OpenCL" pocl-opencl-icd ocl-icd-libopencl1
+}
+
 # What these cargo features, with commas or blanks between them, need besides Rust.
 need_features() {
     case ",$(echo "$1" | tr ' ' ',')," in

@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck checks simulation case output packing engine fluid contact comm input memory error",
+        "validate report study crosscheck checks simulation case output packing engine fluid contact comm device input memory error",
     ),
     (
         "validate",
@@ -32,11 +32,11 @@ const MAY_USE: &[(&str, &str)] = &[
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output engine checkpoint coupling fluid dem contact particle wall lattice domain comm units math timing input memory error",
+        "case output engine checkpoint coupling fluid dem contact particle wall lattice domain comm device units math timing input memory error",
     ),
     (
         "case",
-        "mesh engine packing coupling fluid contact particle shape wall domain units math input memory error",
+        "mesh engine packing coupling fluid contact particle shape wall domain device units math input memory error",
     ),
     ("output", "checkpoint plot dem particle shape wall domain math input error"),
     ("plot", ""),
@@ -45,8 +45,8 @@ const MAY_USE: &[(&str, &str)] = &[
     ("liggghts", "dem contact particle shape wall domain comm math error"),
     ("packing", "contact wall domain math input"),
     ("checkpoint", "domain comm input memory error"),
-    ("coupling", "fluid dem particle shape wall lattice domain comm units math error"),
-    ("fluid", "lattice domain comm math memory error"),
+    ("coupling", "fluid dem particle shape wall lattice domain comm device units math error"),
+    ("fluid", "lattice domain comm device math memory error"),
     ("dem", "contact particle shape wall domain comm math error"),
     ("contact", "shape wall domain math"),
     ("particle", "shape math"),
@@ -59,6 +59,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("math", ""),
     ("timing", ""),
     ("input", ""),
+    ("device", "memory error"),
     ("memory", "error"),
     ("error", ""),
 ];

@@ -8,6 +8,8 @@ mod bench;
 mod check;
 #[cfg(feature = "liggghts")]
 mod crosscheck;
+#[cfg(feature = "gpu")]
+mod device;
 mod driving;
 mod foreign;
 mod golden;

@@ -69,6 +69,12 @@ fn crossing() -> String {
     case("size = [4e-3, 4e-3, 4e-3]", &particles, "[driving]\ngravity = 0.0")
 }
 
+/// All scenes.
+#[cfg(feature = "gpu")]
+pub(crate) fn scenes() -> [(&'static str, String); 4] {
+    [("spheres", spheres()), ("cubes", cubes()), ("walls", walls()), ("crossing", crossing())]
+}
+
 /// What a run leaves behind that must be the same: the hash of its state, and the rows of its series and paths.
 fn outcome(place: &Place) -> [Vec<u8>; 3] {
     let summary = place.summary("out");

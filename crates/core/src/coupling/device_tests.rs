@@ -4,8 +4,9 @@
 use super::tests::{UNITS, coupled, fluid_for, saturated};
 use super::wall_tests::walls;
 use super::*;
-use crate::comm::on_threads;
+use crate::comm::{Comm, on_threads};
 use crate::device::{Device, devices};
+use crate::domain::Domain;
 use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
 use crate::particle::Template;
 use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere};
@@ -182,13 +183,44 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
     }
 }
 
+/// The first device that can be used, which there must be where tests are told so.
+fn device() -> Option<Device> {
+    let number = devices().iter().position(|device| device.refused.is_none());
+    assert!(number.is_some() || std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no OpenCL device");
+    number.map(|number| Device::open(number).unwrap())
+}
+
+#[test]
+fn a_step_transfers_nothing_for_a_cell() {
+    let Some(device) = device() else { return };
+    let transferred = |cells| {
+        let scene = Scene { cells, ..SCENES[1] };
+        let decomposition = Decomposition::solo(Domain { periodic: PERIODIC, cells, dx: UNITS.dx });
+        let (comm, method) = (Comm::Solo, saturated(scene.operator));
+        let mut fluid =
+            AnyFluid::new(Precision::F32, &decomposition, &comm, &fluid_for(method), &Boundary::none())
+                .unwrap();
+        let mut coupling = Coupling::new(coupled(method), &decomposition, 0, 6.5 * UNITS.dx);
+        coupling.use_device();
+        fluid.use_device(&device, &coupling).unwrap();
+        // Spheres and bodies with flat faces, as the host finds the cells of others.
+        let mut store = store(&decomposition, 0, &scene, 3);
+        store.particles.retain(|particle| particle.template < 3);
+        store.owned = store.particles.len();
+        store.owners.truncate(store.owned);
+        coupling.map(&store);
+        fluid.sweep([0.0; 3], &mut coupling, true);
+        (fluid.device_traffic().unwrap() as f64, cells.iter().product::<usize>() as f64)
+    };
+    let (small, large) = (transferred([40, 26, 24]), transferred([80, 52, 48]));
+    println!("{small:?} {large:?}");
+    // What is there for each tile of 256 cells is one number of four bytes.
+    assert!(large.0 - small.0 < 0.02 * (large.1 - small.1), "{small:?} {large:?}");
+}
+
 #[test]
 fn a_device_gives_the_bits_of_the_processor() {
-    let Some(device) = devices().iter().position(|device| device.refused.is_none()) else {
-        assert!(std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no OpenCL device");
-        return;
-    };
-    let device = Device::open(device).unwrap();
+    let Some(device) = device() else { return };
     for scene in &SCENES {
         for precision in [Precision::F32, Precision::F64, Precision::F16] {
             for grid in [[1, 1, 1], [2, 1, 1], [1, 2, 2]] {

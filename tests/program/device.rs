@@ -1,0 +1,124 @@
+//! Runs on a device, end to end: the bits of the processor, on any ranks, before and after a checkpoint, and messages where it cannot be.
+//!
+//! Without a GPU the driver PoCL, which `test.sh` installs, runs the same kernels on the processor. Where there is no driver at all, only the
+//! messages are tested, unless `TURBID_NEEDS_DEVICE` is set.
+
+use super::same_bits::scenes;
+use crate::common::{Place, case, has, words};
+use serde_json::Value;
+
+/// Whether there is a device.
+fn has_device() -> bool {
+    let found = turbid::device::devices().iter().any(|device| device.refused.is_none());
+    assert!(found || std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no OpenCL device");
+    found
+}
+
+/// The hash of the state at the end of a run.
+fn hash(place: &Place, options: &[&str]) -> Value {
+    place.well(&[&["run", "case.toml", "--overwrite", "--quiet"], options].concat());
+    place.summary("out")["state_hash"].clone()
+}
+
+#[test]
+fn scenes_have_the_bits_of_the_processor_on_one_two_and_four_ranks() {
+    if !has_device() {
+        return;
+    }
+    for (name, text) in scenes() {
+        let place = Place::new(&text);
+        for (precision, ranks) in [("f32", &["1", "2", "4"][..]), ("f64", &["2"]), ("f16", &["1"])] {
+            let precision = format!("fluid.precision={precision}");
+            let options = ["--set", &precision, "--set", "run.end.steps=100", "--threads"];
+            let expected = hash(&place, &[&options[..], &["2"]].concat());
+            for ranks in ranks {
+                let found = hash(&place, &[&options[..], &[ranks, "--device", "gpu"]].concat());
+                assert_eq!(found, expected, "{name} {precision} on {ranks} ranks");
+            }
+            let summary = place.summary("out");
+            assert!(summary["device"].as_str().is_some_and(|name| !name.is_empty()), "{summary}");
+        }
+    }
+}
+
+#[test]
+fn a_checkpoint_of_the_processor_goes_on_on_the_device_and_back_to_the_bit() {
+    if !has_device() {
+        return;
+    }
+    let place = Place::new(&case::crowd(
+        60,
+        "series_every = { steps = 4 }\nfields_every = { steps = 30 }\npicture_every = \"never\"",
+    ));
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole", "--threads", "1"]);
+    let (whole, series) = (place.summary("whole"), place.text("whole/series.csv"));
+    for (first, second) in [("cpu", "gpu"), ("gpu", "cpu"), ("gpu", "gpu")] {
+        let half = ["--set", "run.end.steps=30", "--set", "output.checkpoint_every.steps=1000"];
+        place.well(
+            &[
+                &["run", "case.toml", "--overwrite", "--quiet", "--device", first, "--threads", "2"],
+                &half[..],
+            ]
+            .concat(),
+        );
+        let rest = ["--set", "run.end.steps=60", "--set", "output.checkpoint_every=never"];
+        place
+            .well(&[&["resume", "out", "--quiet", "--device", second, "--threads", "1"], &rest[..]].concat());
+        assert_eq!(place.summary("out")["state_hash"], whole["state_hash"], "{first}, then {second}");
+        assert_eq!(place.text("out/series.csv"), series, "{first}, then {second}");
+    }
+}
+
+#[test]
+fn without_a_driver_the_message_says_what_to_install() {
+    let place = Place::new(case::SPHERES);
+    let mut run = place.limited(&["run", "case.toml", "--device", "gpu"]);
+    // Where the loader looks for drivers: there are none.
+    let output = run
+        .env("OCL_ICD_VENDORS", place.folder())
+        .env("OPENCL_VENDOR_PATH", place.folder())
+        .output()
+        .unwrap();
+    let said = words(&output);
+    if turbid::device::devices().iter().all(|device| device.is_processor) {
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        has(&said, &["`run.device` is gpu", "no OpenCL driver", "pocl-opencl-icd", "--device cpu"]);
+    }
+}
+
+#[test]
+fn what_no_device_does_is_refused_with_the_place_in_the_case() {
+    let place = Place::new(case::SPHERES);
+    let refused =
+        |options: &[&str], words: &[&str]| place.refused(&[&["run", "case.toml"], options].concat(), words);
+    refused(&["--device", "gpu:x"], &["`run.device` is gpu:x", "gpu:1"]);
+    refused(&["--device", "gpu:99"], &["`run.device` is gpu:99"]);
+    refused(
+        &["--device", "gpu", "--set", "lattice.coupling=homogenised"],
+        &["run.device", "homogenised", "lattice.coupling"],
+    );
+}
+
+#[test]
+fn a_fluid_too_large_for_a_device_is_refused_with_what_it_needs() {
+    if !has_device() {
+        return;
+    }
+    let place = Place::new(&case::changed(
+        case::SPHERES,
+        &[("[4, 4, 4]", "[20, 20, 20]"), ("volume_fraction = 0.1", "count = 5")],
+    ));
+    let arguments = ["run", "case.toml", "--device", "gpu", "--threads", "1", "--set", "fluid.precision=f64"];
+    // Of PoCL, in GB; other drivers do not know it.
+    let output = place
+        .limited(&arguments)
+        .env("POCL_MEMORY_LIMIT", "1")
+        .args(["--set", "run.end.steps=1"])
+        .output()
+        .unwrap();
+    let said = words(&output);
+    if turbid::device::devices().iter().all(|device| device.is_processor) {
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        has(&said, &["has not the memory for the populations", "MB", "smaller box"]);
+    }
+}
