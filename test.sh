@@ -28,6 +28,7 @@ stage documentation env RUSTDOCFLAGS="-D warnings" \
 # Without features only their absence differs: all tests compile, and what is refused is said. Nothing is computed, so nothing is
 # optimised.
 stage "lints without features" cargo clippy --locked --all-targets --quiet -- -D warnings
+stage "lints of the library alone" cargo clippy --locked --package turbid --lib --no-default-features --quiet -- -D warnings
 stage "tests without features" env CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false \
     cargo test --locked --profile dev --test program bad_input
 # One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks. There is a device, if only the

@@ -197,10 +197,10 @@ impl Source {
             } else {
                 "option --set".to_owned()
             };
-            text.push_str(&format!("\n --> {origin}: {label}"));
+            text += &["\n --> ", &origin, ": ", label].concat();
         }
         if !remedy.is_empty() {
-            text.push_str(&format!("\n  help: {remedy}"));
+            text += &["\n  help: ", remedy].concat();
         }
         text
     }

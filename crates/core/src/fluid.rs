@@ -34,6 +34,7 @@ pub use dispatch::Real;
 #[doc(hidden)]
 pub use dispatch::Sweep;
 use halo::FluidHalo;
+#[cfg(feature = "gpu")]
 pub(crate) use images::INTS as IMAGE_INTS;
 pub use images::Images;
 use kernel::Measured;
@@ -189,7 +190,10 @@ impl<S: Population> Fluid<S> {
         let row = layout.chunks_per_row() * CHUNK;
         let mut fluid = Self {
             block,
+            #[cfg(feature = "gpu")]
             populations: populations.into(),
+            #[cfg(not(feature = "gpu"))]
+            populations,
             #[cfg(feature = "gpu")]
             device: None,
             phase: AaPhase::Even,
