@@ -17,7 +17,7 @@ use opencl3::memory::{Buffer, CL_MEM_READ_WRITE, ClMem};
 use opencl3::program::Program;
 use opencl3::types::{CL_TRUE, cl_device_id};
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 /// What a device says of itself.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -43,11 +43,16 @@ pub fn devices() -> Vec<DeviceInfo> {
     ids().iter().map(|&id| info(id)).collect()
 }
 
+/// Asked once, as drivers may fail if two threads ask for the first time at once.
 fn ids() -> Vec<cl_device_id> {
-    // An error if there is no driver, or if it lists no device.
-    let mut ids = get_all_devices(CL_DEVICE_TYPE_ALL).unwrap_or_default();
-    ids.sort_by_key(|&id| is_processor(Id::new(id)));
-    ids
+    static IDS: OnceLock<Vec<usize>> = OnceLock::new();
+    let ids = IDS.get_or_init(|| {
+        // An error if there is no driver, or if it lists no device.
+        let mut ids = get_all_devices(CL_DEVICE_TYPE_ALL).unwrap_or_default();
+        ids.sort_by_key(|&id| is_processor(Id::new(id)));
+        ids.into_iter().map(|id| id as usize).collect()
+    });
+    ids.iter().map(|&id| id as cl_device_id).collect()
 }
 
 fn is_processor(id: Id) -> bool {
@@ -65,6 +70,8 @@ fn info(id: cl_device_id) -> DeviceInfo {
         missing("cannot add up 64-bit integers in memory (cl_khr_int64_base_atomics)")
     } else if id.single_fp_config().unwrap_or(0) & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT == 0 {
         missing("does not round divisions as IEEE 754 says")
+    } else if id.max_work_group_size().unwrap_or(0) < 256 || id.local_mem_size().unwrap_or(0) < 32_768 {
+        missing("has work-groups of fewer than 256 items, or less than 32 kB of memory for each")
     } else if !id.compiler_available().unwrap_or(false) || !id.available().unwrap_or(false) {
         missing("is not available")
     } else {
@@ -126,7 +133,7 @@ impl Device {
     pub fn measure(&self) -> Result<[f64; 2]> {
         const CHAINS: usize = 1 << 18;
         const ROUNDS: i32 = 256;
-        let kernels = self.compile(crate::fluid::KERNELS, "-DREAL=float -DPAIRS=1 -DOPERATOR=3")?;
+        let kernels = self.compile(include_str!("device/measure.cl"), "")?;
         let queue = self.queue(&kernels)?;
         let numbers = (self.info.largest / 16).min(1 << 25) as usize / 256 * 256;
         let array = queue.zeroed(numbers * 8, "a measurement")?;
@@ -153,15 +160,15 @@ impl Device {
         Ok(best)
     }
 
-    /// Compiles kernels with options of the preprocessor, once for each device and options.
+    /// Compiles kernels with options of the preprocessor, once for each device, source and options.
     ///
     /// # Errors
     /// [`Error::Input`] with the first line of the log of the compiler.
     pub(crate) fn compile(&self, source: &str, options: &str) -> Result<Arc<Kernels>> {
-        static COMPILED: Mutex<Vec<(cl_device, String, Arc<Kernels>)>> = Mutex::new(Vec::new());
+        static COMPILED: Mutex<Vec<(usize, String, Arc<Kernels>)>> = Mutex::new(Vec::new());
         let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
-        let key = self.id.id() as cl_device;
-        if let Some((.., kernels)) = compiled.iter().find(|(id, with, _)| *id == key && with == options) {
+        let (key, with) = (self.id.id() as usize, format!("{options}\n{source}"));
+        if let Some((.., kernels)) = compiled.iter().find(|(id, of, _)| *id == key && *of == with) {
             return Ok(kernels.clone());
         }
         // The same bits as the processor's: divisions as IEEE 754 says, nothing relaxed.
@@ -177,7 +184,7 @@ impl Device {
                 Error::Input(format!("the compiler of {} refused the kernels: {first}{kept}", self.info.name))
             })?;
         let kernels = Arc::new(Kernels { context, program });
-        compiled.push((key, options.to_owned(), kernels.clone()));
+        compiled.push((key, with, kernels.clone()));
         Ok(kernels)
     }
 
@@ -208,10 +215,6 @@ fn timed(
     queue.finish()?;
     Ok(start.elapsed().as_secs_f64())
 }
-
-/// Address of a device, to compare.
-#[allow(non_camel_case_types)]
-type cl_device = usize;
 
 /// Compiled kernels.
 pub(crate) struct Kernels {

@@ -134,8 +134,6 @@ pub struct Flow {
 #[cfg(not(feature = "gpu"))]
 use buffer::Buffer as Populations;
 #[cfg(feature = "gpu")]
-pub(crate) use device::KERNELS;
-#[cfg(feature = "gpu")]
 use device::Populations;
 
 /// The fluid of one block.

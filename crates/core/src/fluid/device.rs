@@ -22,7 +22,7 @@ use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
 /// Source of the kernels.
-pub(crate) const KERNELS: &str = include_str!("device/kernels.cl");
+const KERNELS: &str = include_str!("device/kernels.cl");
 /// Cells that a work-group sweeps, as in the kernels.
 const TILE: [usize; 3] = [32, 4, 2];
 const ITEMS: usize = TILE[0] * TILE[1] * TILE[2];

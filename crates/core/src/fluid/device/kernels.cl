@@ -550,7 +550,10 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
         barrier(CLK_LOCAL_MEM_FENCE);
         if (phi > 0.0f) reached = 1;
         barrier(CLK_LOCAL_MEM_FENCE);
-        if (!reached) continue;
+        int any = reached;
+        // Before the first item resets it for the next image.
+        barrier(CLK_LOCAL_MEM_FENCE);
+        if (!any) continue;
         for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
         if (phi > 0.0f) {
             double share = (double)phi / (double)fraction;
@@ -675,24 +678,4 @@ __kernel void pack(__global const Stored* g, __global const ulong* from, const u
 __kernel void unpack(__global Stored* g, __global const ulong* to, const ulong count, __global const Stored* message) {
     size_t k = get_global_id(0);
     if (k < count) WRITE(g, to[k], READ(message, k));
-}
-
-// ---- measurement of the device ----
-
-// Reads and writes every number once.
-__kernel void stream(__global double* data, const ulong count) {
-    size_t k = get_global_id(0);
-    if (k < count) data[k] = data[k] * 1.0001 + 1.0;
-}
-
-// Eight chains of `rounds` fused products and sums each in double precision.
-__kernel void chains(__global double* data, const int rounds) {
-    double x[8];
-    for (int k = 0; k < 8; k++) x[k] = 1e-3 * k + 1e-6 * (double)get_global_id(0);
-    for (int n = 0; n < rounds; n++) {
-        for (int k = 0; k < 8; k++) x[k] = fma(x[k], 0.999, 0.5);
-    }
-    double sum = 0.0;
-    for (int k = 0; k < 8; k++) sum += x[k];
-    data[get_global_id(0)] = sum;
 }
