@@ -413,7 +413,6 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
     __global const float* cut, __global const int* spans, __global const float* lengths, __global const REAL* velocities,
     __global long* received, const int measure, __global long* flows) {
     __local long columns[12 * TILE];
-    __local int reached;
     int item = (int)get_local_id(0);
     int tile = (int)get_group_id(0);
     int tiles_x = (sizes.x + TX - 1) / TX, tiles_y = (sizes.y + TY - 1) / TY;
@@ -429,9 +428,6 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
 
     REAL fraction = K(0.0), sum[3], v[3];
     for (int a = 0; a < 3; a++) sum[a] = v[a] = K(0.0);
-    // The first two images that cover the cell.
-    uint covered = 0, which[2] = {0, 0};
-    float parts[2] = {0.0f, 0.0f};
     if (is_swept && wall == 0) {
         for (uint k = first_image; k < last_image; k++) {
             int of = tile_images[k];
@@ -441,11 +437,6 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
             int n = x - image[X_BASE];
             float phi = fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
             if (!(phi > 0.0f)) continue;
-            if (covered < 2) {
-                which[covered] = k;
-                parts[covered] = phi;
-            }
-            covered++;
             __global const REAL* velocity = velocities + 6 * row;
             REAL part = (REAL)phi, from_centre = K(n) - velocity[5];
             REAL u[3] = {velocity[0], velocity[1] + velocity[3] * from_centre, velocity[2] + velocity[4] * from_centre};
@@ -536,48 +527,36 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
     for (uint k = first_image; k < last_image; k++) {
         int of = tile_images[k];
         __global const int* image = images + INTS * of;
-        float phi = 0.0f;
-        if (covered > 0 && which[0] == k) {
-            phi = parts[0];
-        } else if (covered > 1 && which[1] == k) {
-            phi = parts[1];
-        } else if (covered > 2) {
-            long row = row_of(image, y, z);
-            if (row >= 0)
-                phi = fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, x - image[X_BASE]);
-        }
-        if (item == 0) reached = 0;
-        barrier(CLK_LOCAL_MEM_FENCE);
-        if (phi > 0.0f) reached = 1;
-        barrier(CLK_LOCAL_MEM_FENCE);
-        int any = reached;
-        // Before the first item resets it for the next image.
-        barrier(CLK_LOCAL_MEM_FENCE);
-        if (!any) continue;
         for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
-        if (phi > 0.0f) {
-            double share = (double)phi / (double)fraction;
-            long n = x - image[X_BASE], ny = y - image[Y_BASE], nz = z - image[Z_BASE];
-            for (int way = 0; way < 2; way++) {
-                double p[3];
-                for (int a = 0; a < 3; a++) p[a] = share * (double)(way == 0 ? in[a] : out[a]);
-                long fx = to_fixed(p[0]), fy = to_fixed(p[1]), fz = to_fixed(p[2]);
-                long xy = to_fixed((double)n * p[1]), xz = to_fixed((double)n * p[2]);
-                __local long* mine = columns + TILE * 6 * way + item;
-                mine[0] = fx;
-                mine[TILE] = fy;
-                mine[TILE * 2] = fz;
-                mine[TILE * 3] = ny * fz - nz * fy;
-                mine[TILE * 4] = nz * fx - xz;
-                mine[TILE * 5] = xy - ny * fx;
+        if (fraction > K(0.0)) {
+            long row = row_of(image, y, z);
+            int n = x - image[X_BASE];
+            float phi =
+                row < 0 ? 0.0f : fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
+            if (phi > 0.0f) {
+                double share = (double)phi / (double)fraction;
+                long ny = y - image[Y_BASE], nz = z - image[Z_BASE];
+                for (int way = 0; way < 2; way++) {
+                    double p[3];
+                    for (int a = 0; a < 3; a++) p[a] = share * (double)(way == 0 ? in[a] : out[a]);
+                    long fx = to_fixed(p[0]), fy = to_fixed(p[1]), fz = to_fixed(p[2]);
+                    long xy = to_fixed((double)n * p[1]), xz = to_fixed((double)n * p[2]);
+                    __local long* mine = columns + TILE * 6 * way + item;
+                    mine[0] = fx;
+                    mine[TILE] = fy;
+                    mine[TILE * 2] = fz;
+                    mine[TILE * 3] = ny * fz - nz * fy;
+                    mine[TILE * 4] = nz * fx - xz;
+                    mine[TILE * 5] = xy - ny * fx;
+                }
             }
         }
         add_up(columns, 12, item);
         if (item < 12 && columns[TILE * item] != 0) atom_add(received + 12 * (size_t)image[BODY] + item, columns[TILE * item]);
+        barrier(CLK_LOCAL_MEM_FENCE);
     }
 
     if (measure) {
-        barrier(CLK_LOCAL_MEM_FENCE);
         double p[3] = {(double)mean[0], (double)mean[1], (double)mean[2]};
         double square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
         int counts = is_swept && wall == 0;
