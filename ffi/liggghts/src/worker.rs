@@ -41,12 +41,14 @@ const QUOTED: usize = 8;
 const OF_LAUNCHERS: [&str; 3] = ["OMPI_", "PMIX_", "PMI_"];
 
 /// One process, started in a tenth of the usual time and without a daemon.
-const ALONE: [(&str, &str); 4] = [
+const ALONE: [(&str, &str); 5] = [
     ("OMPI_MCA_ess_singleton_isolated", "1"),
     // Workers that begin and end at the same time would remove each other's.
     ("OMPI_MCA_orte_create_session_dirs", "0"),
     ("OMPI_MCA_btl", "self"),
     ("OMPI_MCA_pml", "ob1"),
+    // MPI looks for devices through it, and drivers of OpenCL catch signals: an abort would not end the worker.
+    ("HWLOC_COMPONENTS", "-opencl"),
 ];
 
 /// A worker and the socket to it.
