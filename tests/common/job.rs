@@ -4,12 +4,14 @@ use super::{PROGRAM, Place};
 use std::process::Command;
 
 /// What lets a launcher start more processes than there are cores, as any user.
-const ENVIRONMENT: [(&str, &str); 5] = [
+const ENVIRONMENT: [(&str, &str); 6] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
     ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
     ("OMPI_MCA_mpi_yield_when_idle", "1"),
     ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+    // The launcher looks for devices, and PoCL catches signals (docs/gpu.md).
+    ("HWLOC_COMPONENTS", "-opencl"),
 ];
 
 impl Place {
