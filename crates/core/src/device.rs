@@ -30,8 +30,6 @@ pub struct DeviceInfo {
     pub memory: u64,
     /// Largest array (bytes).
     pub largest: u64,
-    /// Compute units.
-    pub units: u32,
     /// A processor, not a GPU.
     pub is_processor: bool,
     /// Why it cannot be used, if so.
@@ -82,7 +80,6 @@ fn info(id: cl_device_id) -> DeviceInfo {
         driver: format!("{}, {}", text(id.version()), text(id.driver_version())),
         memory: id.global_mem_size().unwrap_or(0),
         largest: id.max_mem_alloc_size().unwrap_or(0),
-        units: id.max_compute_units().unwrap_or(0),
         is_processor: is_processor(id),
         refused,
     }
@@ -385,6 +382,21 @@ impl Queue {
             )
         }?;
         Ok(())
+    }
+
+    /// Gives a kernel to the device that works on a list of `count` items, which it is told.
+    ///
+    /// # Safety
+    /// As for [`launch`](Self::launch).
+    pub(crate) unsafe fn launch_over(
+        &self,
+        kernel: &Kernel,
+        arguments: &[Argument],
+        count: usize,
+    ) -> std::result::Result<(), Failed> {
+        const GROUP: usize = 64;
+        // SAFETY: promised by the caller.
+        unsafe { self.launch(kernel, arguments, [count.next_multiple_of(GROUP), 1], Some(GROUP)) }
     }
 
     /// Waits for all that was given.

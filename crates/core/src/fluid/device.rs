@@ -167,7 +167,7 @@ pub(super) struct DeviceFluid<S> {
     late: [Vec<Copies>; 2],
     crossing: [Crossing<S>; 2],
     parameters: Array,
-    images: [Array; 6],
+    images: [Array; 5],
     cut: Array,
     spans: [Array; 3],
     tile_start: Array,
@@ -218,11 +218,7 @@ impl<S: Population> DeviceFluid<S> {
         let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
         let bytes = layout.len() * size_of::<S>();
         let array = queue.zeroed(bytes, &format!("the populations of a block of {:?} cells", layout.size))?;
-        let fill = |values: &[u64]| -> Result<Array> {
-            let mut array = queue.zeroed(size_of_val(values), "the links of a block")?;
-            queue.write(&mut array, values).map_err(|failed| lost(&queue, &failed))?;
-            Ok(array)
-        };
+        let fill = |values: &[u64]| filled(&queue, values, "the links of a block");
         let phases = [AaPhase::Even, AaPhase::Odd];
         let copies = |[to, from]: [&[u64]; 2], corrections: &[S::Number]| -> Result<Option<Copies>> {
             if to.is_empty() {
@@ -231,20 +227,18 @@ impl<S: Population> DeviceFluid<S> {
             let corrections = if corrections.is_empty() {
                 None
             } else {
-                let mut array = queue.zeroed(size_of_val(corrections), "the motion of walls")?;
-                queue.write(&mut array, corrections).map_err(|failed| lost(&queue, &failed))?;
-                Some(array)
+                Some(filled(&queue, corrections, "the motion of walls")?)
             };
             Ok(Some(Copies { to: fill(to)?, from: fill(from)?, count: to.len(), corrections }))
         };
         let of_links = |links: &Links<S::Number>, entered: AaPhase| -> Result<Vec<Copies>> {
-            let turned = |[near, far]: &[Vec<u64>; 2]| -> [Vec<u64>; 2] {
-                let pair = [far.clone(), near.clone()];
-                if entered == AaPhase::Odd { pair } else { [near.clone(), far.clone()] }
-            };
-            let (still, moving) = (turned(&links.still), turned(&links.moving));
-            let both =
-                [copies([&still[0], &still[1]], &[])?, copies([&moving[0], &moving[1]], &links.corrections)?];
+            // To and from: what enters the phase `Odd` goes to the wall.
+            let (to, from) = if entered == AaPhase::Odd { (1, 0) } else { (0, 1) };
+            let (still, moving) = (&links.still, &links.moving);
+            let both = [
+                copies([&still[to], &still[from]], &[])?,
+                copies([&moving[to], &moving[from]], &links.corrections)?,
+            ];
             Ok(both.into_iter().flatten().collect())
         };
         let [early, late] = host.walls.links(layout);
@@ -273,13 +267,8 @@ impl<S: Population> DeviceFluid<S> {
             })
         };
         let flags = host.walls.flags();
-        let walls = if flags.is_empty() {
-            None
-        } else {
-            let mut array = queue.zeroed(flags.len(), "the map of the walls")?;
-            queue.write(&mut array, &flags).map_err(|failed| lost(&queue, &failed))?;
-            Some(array)
-        };
+        let walls =
+            if flags.is_empty() { None } else { Some(filled(&queue, &flags, "the map of the walls")?) };
         let slots = phases.map(|phase| fill(&layout.slots_from(phase).map(|slot| slot as u64)));
         let [even, odd] = slots;
         let small = || queue.zeroed(0, "the bodies");
@@ -305,7 +294,7 @@ impl<S: Population> DeviceFluid<S> {
             late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
             crossing: [crossing(&host.halo.early)?, crossing(&host.halo.late)?],
             parameters: small()?,
-            images: [small()?, small()?, small()?, small()?, small()?, small()?],
+            images: [small()?, small()?, small()?, small()?, small()?],
             cut: small()?,
             spans: [small()?, small()?, small()?],
             tile_start: small()?,
@@ -361,7 +350,7 @@ impl<S: Population> DeviceFluid<S> {
         flow: Option<&mut Flow>,
     ) -> std::result::Result<(), Failed> {
         let queue = &*self.queue;
-        let [ints, numbers, planes, faces, mapped, _] = &mut self.images;
+        let [ints, numbers, planes, faces, mapped] = &mut self.images;
         queue.write(&mut self.parameters, parameters)?;
         queue.write(ints, &images.ints)?;
         queue.write(numbers, &images.numbers)?;
@@ -475,14 +464,7 @@ impl<S: Population> DeviceFluid<S> {
                     Argument::Array(message),
                 ];
                 // SAFETY: the arguments of the kernel; the message has room for all that is sent.
-                let done = unsafe {
-                    self.queue.launch(
-                        &self.kernels.pack,
-                        &arguments,
-                        [counts[at].next_multiple_of(64), 1],
-                        Some(64),
-                    )
-                };
+                let done = unsafe { self.queue.launch_over(&self.kernels.pack, &arguments, counts[at]) };
                 failed = failed.and(done).and_then(|()| self.queue.read(message, packed));
             }
             pattern.send(packed, entered);
@@ -502,9 +484,8 @@ impl<S: Population> DeviceFluid<S> {
                 };
                 assert_eq!(packed.len(), counts[at], "as many numbers come as are sent");
                 failed = failed.and_then(|()| self.queue.write(message, packed)).and_then(|()| {
-                    let items = [counts[at].next_multiple_of(64), 1];
                     // SAFETY: the arguments of the kernel; the message holds all that came.
-                    unsafe { self.queue.launch(&self.kernels.unpack, &arguments(message), items, Some(64)) }
+                    unsafe { self.queue.launch_over(&self.kernels.unpack, &arguments(message), counts[at]) }
                 });
             }
         }
@@ -522,12 +503,18 @@ impl<S: Population> DeviceFluid<S> {
                 Argument::Int(i32::from(copies.corrections.is_some())),
                 Argument::Array(copies.corrections.as_ref().unwrap_or(&copies.to)),
             ];
-            let items = [copies.count.next_multiple_of(64), 1];
             // SAFETY: the arguments of the kernel; all slots are within the populations.
-            unsafe { self.queue.launch(&self.kernels.copy_links, &arguments, items, Some(64))? };
+            unsafe { self.queue.launch_over(&self.kernels.copy_links, &arguments, copies.count)? };
         }
         Ok(())
     }
+}
+
+/// An array with these numbers; `what` they are for stands in the message, with an article.
+fn filled<T: bytemuck::Pod>(queue: &Queue, values: &[T], what: &str) -> Result<Array> {
+    let mut array = queue.zeroed(size_of_val(values), what)?;
+    queue.write(&mut array, values).map_err(|failed| lost(queue, &failed))?;
+    Ok(array)
 }
 
 fn lost(queue: &Queue, failed: &Failed) -> Error {
