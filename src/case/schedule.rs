@@ -280,14 +280,8 @@ fn device(document: &Document) -> Result<Option<usize>> {
             None => return refused("\"cpu\", \"gpu\" or \"gpu:1\"", "`turbid doctor` lists the devices"),
         },
     };
-    let Some(lattice) = document.case.lattice.as_ref().filter(|_| document.case.fluid.is_some()) else {
+    if document.case.fluid.is_none() {
         return refused("\"cpu\" without a fluid", "leave the key out; particles are moved by the processor");
-    };
-    if lattice.coupling == Coupling::Homogenised {
-        return refused(
-            "\"cpu\" with the coupling \"homogenised\"",
-            "leave the key out, or set lattice.coupling = \"saturated\"",
-        );
     }
     #[cfg(feature = "gpu")]
     match crate::device::Device::open(number) {

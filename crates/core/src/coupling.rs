@@ -46,6 +46,7 @@ pub(crate) use method::sweep_alone;
 use method::{CouplingMethod, with_method};
 pub use saturated::{Saturated, SolidOperator, SurfaceShift};
 pub use walls::{LatticeWalls, check_motion};
+use std::cell::RefCell;
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]
@@ -142,22 +143,22 @@ impl Coupling {
         }
     }
 
-    /// Prepares the bodies for a device from now on; only partially saturated cells are computed there.
+    /// Prepares the bodies for a device from now on.
     #[cfg(feature = "gpu")]
     pub fn use_device(&mut self) {
         self.images = Some(Images::default());
     }
 
-    /// Number of the operator of partially saturated cells for the kernels of a device.
+    /// Number of the operator for the kernels of a device: that of partially saturated cells, 0 for homogenised ones.
     #[cfg(feature = "gpu")]
     fn operator_number(&self) -> u32 {
-        let Method::Saturated(Saturated { operator, .. }) = self.params.method else {
-            panic!("a case with another method is refused");
-        };
-        match operator {
-            SolidOperator::Sc1 => 1,
-            SolidOperator::Sc2 => 2,
-            SolidOperator::Sc3 => 3,
+        match self.params.method {
+            Method::Homogenised(_) => 0,
+            Method::Saturated(saturated) => match saturated.operator {
+                SolidOperator::Sc1 => 1,
+                SolidOperator::Sc2 => 2,
+                SolidOperator::Sc3 => 3,
+            },
         }
     }
 
@@ -193,16 +194,34 @@ impl Coupling {
         self.found = false;
         #[cfg(feature = "gpu")]
         if let Some(mut images) = self.images.take() {
-            images.clear();
-            self.each_image(|mapper, image| {
-                images.add(mapper, image, |cover| {
-                    with_method!(self.params.method, method => method.cover(mapper, image, cover, self.params.simd));
-                });
-            });
+            self.find_images(&mut images);
             self.images = Some(images);
             return;
         }
         self.find_cells();
+    }
+
+    /// Finds what a device gets of the mapped bodies. The host finds the cells of those whose geometry the device does not know, and of
+    /// all if it needs them itself.
+    #[cfg(feature = "gpu")]
+    fn find_images(&mut self, images: &mut Images) {
+        images.clear();
+        let params = &self.params;
+        let keeps_cover = with_method!(params.method, method => method.keeps_cover());
+        let mut cover = std::mem::take(&mut self.cover);
+        cover.begin(&mut self.segments);
+        self.each_image(|mapper, image| {
+            images.add(mapper, image, keeps_cover, &mut cover, |cover| {
+                with_method!(params.method, method => method.cover(mapper, image, cover, params.simd));
+            });
+        });
+        images.cut.clone_from(&cover.cut);
+        if keeps_cover {
+            let [_, ny, nz] = self.block.size();
+            self.segments.sort(ny * nz, &cover.added, std::mem::take(&mut cover.cut));
+            self.found = true;
+        }
+        self.cover = cover;
     }
 
     /// Calls `visit` with all images of bodies that may touch the block, in ascending order of ids, so that cells shared by several
@@ -236,7 +255,7 @@ impl Coupling {
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
     /// that were covered only then or only now.
-    fn begin_exchange<S: Population>(&mut self, fluid: &Fluid<S>) {
+    fn begin_exchange<S: Population>(&mut self, fluid: &mut Fluid<S>) {
         // Where each particle of one list is in the other.
         let mut before: Vec<(u64, u32)> = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
         before.sort_unstable();
@@ -253,7 +272,20 @@ impl Coupling {
             }
         }
         with_method!(self.params.method, method => {
-            method.correct_cover(self, &|cell| fluid.departed(cell), &old_of, &new_of);
+            if self.images.is_none() {
+                method.correct_cover(self, &|cell| fluid.departed(cell), &old_of, &new_of);
+                return;
+            }
+            // A device is asked for all cells at once; corrections by zeros change nothing.
+            let asked = RefCell::new(Vec::new());
+            let ask = |cell| {
+                asked.borrow_mut().push(cell);
+                [0.0; 4]
+            };
+            method.correct_cover(self, &ask, &old_of, &new_of);
+            let answers = RefCell::new(fluid.departed_on_device(&asked.into_inner()).into_iter());
+            let answer = |_| answers.borrow_mut().next().expect("an answer for each cell");
+            method.correct_cover(self, &answer, &old_of, &new_of);
         });
     }
 

@@ -213,7 +213,7 @@ impl<S: Population> Fluid<S> {
         Ok(fluid)
     }
 
-    /// Computes this fluid on a device from now on, with partially saturated cells of an operator (1 to 3).
+    /// Computes this fluid on a device from now on, with partially saturated cells of an operator (1 to 3), or homogenised ones (0).
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if the device has not the memory, or if its compiler refuses the kernels.
@@ -225,7 +225,9 @@ impl<S: Population> Fluid<S> {
         operator: u32,
     ) -> Result<()> {
         let Self { layout, domain, block, walls, halo, wrap_x, populations, .. } = self;
-        let host = device::Host { layout, domain, block: *block, walls, halo, wrap_x: *wrap_x };
+        // As in `sweep_part`.
+        let pairs = operator != 0 || self.params.collision != Collision::Bgk;
+        let host = device::Host { layout, domain, block: *block, walls, halo, wrap_x: *wrap_x, pairs };
         self.device = Some(device::DeviceFluid::new(device, precision, operator, &host, populations)?);
         Ok(())
     }
@@ -355,6 +357,23 @@ impl<S: Population> Fluid<S> {
             sum[3] += g;
         }
         sum
+    }
+
+    /// [`departed`](Self::departed) of many cells, if a device has the populations.
+    pub(crate) fn departed_on_device(&mut self, cells: &[[usize; 3]]) -> Vec<[f64; 4]> {
+        #[cfg(feature = "gpu")]
+        if let Some(device) = &mut self.device {
+            let slot = |[x, y, z]: [usize; 3]| self.layout.cell(x as isize, y as isize, z as isize) as u64;
+            let slots: Vec<u64> = cells.iter().map(|&cell| slot(cell)).collect();
+            let mut sums = device.departed(&mut self.populations, self.phase, &slots);
+            for (sum, cell) in sums.iter_mut().zip(cells) {
+                if self.walls.of(*cell).is_some() {
+                    *sum = [0.0; 4];
+                }
+            }
+            return sums;
+        }
+        cells.iter().map(|&cell| self.departed(cell)).collect()
     }
 
     /// Populations of a cell of the block after streaming, minus their weights.

@@ -1,7 +1,7 @@
 //! The fluid and its coupling on a device against the processor, to the bit. Without a GPU, a driver of the processor (PoCL) runs the same
 //! code.
 
-use super::tests::{UNITS, coupled, fluid_for, saturated};
+use super::tests::{HOMOGENISED, UNITS, coupled, fluid_for, saturated};
 use super::wall_tests::walls;
 use super::*;
 use crate::comm::{Comm, on_threads};
@@ -19,7 +19,8 @@ struct Scene {
     name: &'static str,
     cells: [usize; 3],
     periodic: [bool; 3],
-    operator: SolidOperator,
+    /// Homogenised cells if there is none.
+    operator: Option<SolidOperator>,
     collision: Collision,
     bodies: bool,
 }
@@ -27,12 +28,12 @@ struct Scene {
 const MAGIC: Collision = Collision::Trt { magic: 0.125 };
 const PERIODIC: [bool; 3] = [true; 3];
 
-const SCENES: [Scene; 5] = [
+const SCENES: [Scene; 8] = [
     Scene {
         name: "fluid",
         cells: [37, 11, 9],
         periodic: PERIODIC,
-        operator: SolidOperator::Sc3,
+        operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: false,
     },
@@ -40,7 +41,7 @@ const SCENES: [Scene; 5] = [
         name: "bodies",
         cells: [40, 26, 24],
         periodic: PERIODIC,
-        operator: SolidOperator::Sc3,
+        operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
     },
@@ -48,7 +49,7 @@ const SCENES: [Scene; 5] = [
         name: "sc1",
         cells: [40, 26, 24],
         periodic: PERIODIC,
-        operator: SolidOperator::Sc1,
+        operator: Some(SolidOperator::Sc1),
         collision: Collision::Bgk,
         bodies: true,
     },
@@ -56,7 +57,7 @@ const SCENES: [Scene; 5] = [
         name: "sc2",
         cells: [40, 26, 24],
         periodic: PERIODIC,
-        operator: SolidOperator::Sc2,
+        operator: Some(SolidOperator::Sc2),
         collision: MAGIC,
         bodies: true,
     },
@@ -64,11 +65,41 @@ const SCENES: [Scene; 5] = [
         name: "walls",
         cells: [40, 26, 28],
         periodic: [true, true, false],
-        operator: SolidOperator::Sc3,
+        operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
     },
+    Scene {
+        name: "homogenised",
+        cells: [40, 26, 24],
+        periodic: PERIODIC,
+        operator: None,
+        collision: Collision::Bgk,
+        bodies: true,
+    },
+    Scene {
+        name: "homogenised, two relaxation times",
+        cells: [40, 26, 24],
+        periodic: PERIODIC,
+        operator: None,
+        collision: MAGIC,
+        bodies: true,
+    },
+    Scene {
+        name: "homogenised, walls",
+        cells: [40, 26, 28],
+        periodic: [true, true, false],
+        operator: None,
+        collision: Collision::Bgk,
+        bodies: true,
+    },
 ];
+
+impl Scene {
+    fn method(&self) -> Method {
+        self.operator.map_or(HOMOGENISED, saturated)
+    }
+}
 
 /// All that a step gives: the hash of the state, loads by id, and the flow.
 #[derive(Debug, PartialEq)]
@@ -128,7 +159,7 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
     if let Some(wall) = motions.get_mut(1) {
         wall.velocity = [0.02, -0.01, 0.0];
     }
-    let method = saturated(scene.operator);
+    let method = scene.method();
     let mut parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary { motions: &motions, wall_of: &|cell| lattice_walls.wall_of(cell) };
         let params = FluidParams { collision: scene.collision, ..fluid_for(method) };
@@ -196,7 +227,7 @@ fn a_step_transfers_nothing_for_a_cell() {
     let transferred = |cells| {
         let scene = Scene { cells, ..SCENES[1] };
         let decomposition = Decomposition::solo(Domain { periodic: PERIODIC, cells, dx: UNITS.dx });
-        let (comm, method) = (Comm::Solo, saturated(scene.operator));
+        let (comm, method) = (Comm::Solo, scene.method());
         let mut fluid =
             AnyFluid::new(Precision::F32, &decomposition, &comm, &fluid_for(method), &Boundary::none())
                 .unwrap();

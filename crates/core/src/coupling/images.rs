@@ -15,13 +15,21 @@ const FLAT: i32 = 1;
 const MAPPED: i32 = 2;
 
 impl Images {
-    /// Adds an image of a body; `cover` finds its cells if the device cannot.
-    pub(super) fn add(&mut self, mapper: &Mapper, image: &Image, cover: impl FnOnce(&mut Cover)) {
+    /// Adds an image of a body; `find` adds its cells to those `found` if the device does not know its geometry, or if all are `by_host`.
+    pub(super) fn add(
+        &mut self,
+        mapper: &Mapper,
+        image: &Image,
+        by_host: bool,
+        found: &mut Cover,
+        find: impl FnOnce(&mut Cover),
+    ) {
         let int = |n: i64| i32::try_from(n).expect("a box less than 2^31 cells long");
         let [xs, ys, zs] = &image.offsets;
         let rows = ((ys.end() - ys.start() + 1) * (zs.end() - zs.start() + 1)) as usize;
         let (mut faces, mut radius) = ([0, 0], 0.0);
         let kind = match &mapper.geometry {
+            _ if by_host => MAPPED,
             Geometry::Sphere(of) => {
                 radius = of * mapper.per_dx;
                 SPHERE
@@ -37,7 +45,9 @@ impl Images {
         };
         let mapped = self.mapped.len() / 5;
         if kind == MAPPED {
-            self.add_mapped(image, rows, cover);
+            let first = found.added.len();
+            find(found);
+            self.add_mapped(image, rows, &found.added[first..]);
         }
         let ints = [
             kind,
@@ -78,21 +88,18 @@ impl Images {
     }
 
     /// First and last cell of each row, first wholly solid one and the one past the last of those, and the index of the fractions.
-    fn add_mapped(&mut self, image: &Image, rows: usize, cover: impl FnOnce(&mut Cover)) {
-        let mut found = Cover { cut: std::mem::take(&mut self.cut), ..Cover::default() };
-        cover(&mut found);
+    fn add_mapped(&mut self, image: &Image, rows: usize, found: &[(u32, Segment)]) {
         let start = self.mapped.len();
         for _ in 0..rows {
             self.mapped.extend([1, 0, 1, 1, 0]);
         }
         let [_, ys, zs] = &image.offsets;
         let width = ys.end() - ys.start() + 1;
-        for (_, Segment { count, head, tail, offset, cut, .. }) in found.added {
+        for &(_, Segment { count, head, tail, offset, cut, .. }) in found {
             let row = (i64::from(offset[1]) - ys.start()) + width * (i64::from(offset[2]) - zs.start());
             let end = offset[0] + i32::from(count);
             let of_row = [offset[0], end - 1, offset[0] + i32::from(head), end - i32::from(tail), cut as i32];
             self.mapped[start + 5 * row as usize..][..5].copy_from_slice(&of_row);
         }
-        self.cut = found.cut;
     }
 }

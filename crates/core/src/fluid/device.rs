@@ -15,6 +15,7 @@ use super::{Flow, Images, Precision};
 use crate::device::{Argument, Array, Device, Failed, Queue};
 use crate::domain::{Block, Domain};
 use crate::error::{Error, Result};
+use crate::lattice::Q;
 use crate::math::join_wide;
 use opencl3::kernel::Kernel;
 use std::cell::{Cell, RefCell};
@@ -146,6 +147,7 @@ struct CompiledKernels {
     copy_links: Kernel,
     pack: Kernel,
     unpack: Kernel,
+    departed: Kernel,
 }
 
 /// What a block needs on a device, besides its populations.
@@ -160,6 +162,9 @@ pub(super) struct DeviceFluid<S> {
     cells: [usize; 3],
     /// By the phase that a sweep begins in.
     slots: [Array; 2],
+    /// Where what left a cell in the last sweep is, by the phase after it; cells that were asked for, and what left them.
+    left: [Array; 2],
+    asked: [Array; 2],
     walls: Option<Array>,
     /// By the phase entered: after a sweep, within the block in the halo exchange, and after it.
     swept: [Vec<Copies>; 2],
@@ -179,14 +184,15 @@ pub(super) struct DeviceFluid<S> {
     pub(super) transferred: u64,
 }
 
-/// Options of the preprocessor for a precision and an operator of partially saturated cells (1 to 3).
-fn options(precision: Precision, operator: u32) -> String {
+/// Options of the preprocessor for a precision, an operator (0 for homogenised cells, 1 to 3 for partially saturated ones), and whether
+/// populations relax in pairs.
+fn options(precision: Precision, operator: u32, pairs: bool) -> String {
     let real = match precision {
         Precision::F32 => "-DREAL=float",
         Precision::F64 => "-DREAL=double",
         Precision::F16 => "-DREAL=float -DF16",
     };
-    format!("{real} -DPAIRS=1 -DOPERATOR={operator}")
+    format!("{real} -DPAIRS={} -DOPERATOR={operator}", i32::from(pairs))
 }
 
 /// What a [`DeviceFluid`] is made of.
@@ -197,6 +203,7 @@ pub(super) struct Host<'a, S: Population> {
     pub(super) walls: &'a Walls<S>,
     pub(super) halo: &'a FluidHalo<S>,
     pub(super) wrap_x: bool,
+    pub(super) pairs: bool,
 }
 
 impl<S: Population> DeviceFluid<S> {
@@ -212,7 +219,7 @@ impl<S: Population> DeviceFluid<S> {
         populations: &mut Populations<S>,
     ) -> Result<Self> {
         let layout = host.layout;
-        let kernels = device.compile(KERNELS, &options(precision, operator))?;
+        let kernels = device.compile(KERNELS, &options(precision, operator, host.pairs))?;
         let queue = Rc::new(device.queue(&kernels)?);
         let failed = Rc::new(Failure::default());
         let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
@@ -271,6 +278,7 @@ impl<S: Population> DeviceFluid<S> {
             if flags.is_empty() { None } else { Some(filled(&queue, &flags, "the map of the walls")?) };
         let slots = phases.map(|phase| fill(&layout.slots_from(phase).map(|slot| slot as u64)));
         let [even, odd] = slots;
+        let [left_even, left_odd] = phases.map(|phase| fill(&std::array::from_fn::<_, Q, _>(|i| layout.left(phase, i) as u64)));
         let small = || queue.zeroed(0, "the bodies");
         let kernel = |name| kernels.kernel(name);
         let fluid = Self {
@@ -281,6 +289,7 @@ impl<S: Population> DeviceFluid<S> {
                 copy_links: kernel("copy_links"),
                 pack: kernel("pack"),
                 unpack: kernel("unpack"),
+                departed: kernel("departed"),
             },
             size: layout.size,
             pitch: layout.pitch,
@@ -288,6 +297,8 @@ impl<S: Population> DeviceFluid<S> {
             corner: host.block.lo,
             cells: host.domain.cells,
             slots: [even?, odd?],
+            left: [left_even?, left_odd?],
+            asked: [small()?, small()?],
             walls,
             swept,
             own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
@@ -423,6 +434,43 @@ impl<S: Population> DeviceFluid<S> {
         queue.read(&self.received, received)?;
         self.transferred += size_of_val(received) as u64;
         Ok(())
+    }
+
+    /// Momentum and moving mass that left some cells, given by their slots, in the last sweep, after which the phase is `phase`.
+    pub(super) fn departed(
+        &mut self,
+        populations: &mut Populations<S>,
+        phase: AaPhase,
+        cells: &[u64],
+    ) -> Vec<[f64; 4]> {
+        let mut sums = vec![[0.0; 4]; cells.len()];
+        if !cells.is_empty() {
+            let done = self.try_departed(populations.on_device(), phase, cells, &mut sums);
+            self.failed.note(done);
+        }
+        sums
+    }
+
+    fn try_departed(
+        &mut self,
+        populations: &Array,
+        phase: AaPhase,
+        cells: &[u64],
+        sums: &mut [[f64; 4]],
+    ) -> std::result::Result<(), Failed> {
+        let (queue, [asked, found]) = (&*self.queue, &mut self.asked);
+        queue.write(asked, cells)?;
+        queue.reserve(found, size_of_val(sums))?;
+        let arguments = [
+            Argument::Array(populations),
+            Argument::Array(&self.left[phase as usize]),
+            Argument::Array(asked),
+            Argument::Long(cells.len() as u64),
+            Argument::Array(found),
+        ];
+        // SAFETY: the arguments of the kernel; what left a cell of the block is within the populations.
+        unsafe { queue.launch_over(&self.kernels.departed, &arguments, cells.len())? };
+        queue.read(found, sums)
     }
 
     fn flow_of(&self, words: &[i64; FLOW_WORDS]) -> Flow {

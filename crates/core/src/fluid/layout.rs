@@ -95,6 +95,16 @@ impl Layout {
         slots
     }
 
+    /// What to add to the slot of a cell for that of the population that left it along direction `i` in the last sweep, after which the
+    /// phase is `phase`.
+    #[inline(always)]
+    pub(crate) fn left(&self, phase: AaPhase, i: usize) -> usize {
+        match phase {
+            AaPhase::Even => (i * self.stride).wrapping_add_signed(self.step(i)),
+            AaPhase::Odd => opposite(i) * self.stride,
+        }
+    }
+
     /// What to add to the slot of a cell, wrapping, for its [`slots`](Self::slots).
     pub(crate) fn slots_from(&self, phase: AaPhase) -> [usize; Q] {
         // A loop: `array::from_fn` is a call for this many.

@@ -7,7 +7,7 @@
 use super::dispatch::WrapX;
 use super::{AaPhase, Fluid, Population};
 use crate::domain::Block;
-use crate::lattice::{Q, opposite};
+use crate::lattice::Q;
 use crate::math::FIXED_POINT_LIMIT;
 
 impl<S: Population> Fluid<S> {
@@ -32,10 +32,7 @@ impl<S: Population> Fluid<S> {
     /// Slot of the population that left the cell at `cell` along direction `i` in the last sweep.
     #[inline]
     pub(super) fn left(&self, cell: usize, i: usize) -> usize {
-        match self.phase {
-            AaPhase::Even => (i * self.layout.stride + cell).wrapping_add_signed(self.layout.step(i)),
-            AaPhase::Odd => opposite(i) * self.layout.stride + cell,
-        }
+        cell.wrapping_add(self.layout.left(self.phase, i))
     }
 
     /// Restores saved `cells` of the box, which lie in the block, as [`save_plane`](Self::save_plane) has

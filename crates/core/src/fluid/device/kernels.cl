@@ -1,8 +1,9 @@
 // The sweep of the fluid on a device, to the bits of `sweep_row`: OpenCL C 1.2 with 64-bit atomics and double precision.
 //
 // Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), and
-// OPERATOR (1 to 3: that of partially saturated cells). Products and sums are never contracted; `fma` stands where the processor's kernels
-// have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`, `volume_fraction.rs`.
+// OPERATOR (0: homogenised cells; 1 to 3: that of partially saturated cells). Products and sums are never contracted; `fma` stands where
+// the processor's kernels have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`,
+// `volume_fraction.rs`, `coupling/homogenised.rs`.
 
 #pragma OPENCL FP_CONTRACT OFF
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
@@ -313,6 +314,17 @@ long row_of(__global const int* image, int y, int z) {
     return (long)image[FIRST_ROW] + (long)(nz - image[Z_LOW]) * (image[Y_HIGH] - image[Y_LOW] + 1) + (ny - image[Y_LOW]);
 }
 
+#if OPERATOR == 0
+// Velocity of a body in the cell at an offset.
+void velocity_of(__global const double* n, int nx, int ny, int nz, double u[3]) {
+    double x = (double)nx - n[CENTRE], y = (double)ny - n[CENTRE + 1], z = (double)nz - n[CENTRE + 2];
+    double w0 = n[ANGULAR], w1 = n[ANGULAR + 1], w2 = n[ANGULAR + 2];
+    u[0] = n[VELOCITY] + (w1 * z - w2 * y);
+    u[1] = (n[VELOCITY + 1] - w0 * z) + w2 * x;
+    u[2] = (n[VELOCITY + 2] + w0 * y) + -w1 * x;
+}
+#endif
+
 float height_of(__global const float* face, float x, float y, float z) {
     return face[0] * x - (face[3] - (face[1] * y + face[2] * z));
 }
@@ -360,11 +372,12 @@ float fraction_of(__global const int* image, __global const double* numbers, __g
 
 #define LEAK 0.01
 #define FILM 20.0
+#define BY_VOLUME (OPERATOR != 0)
 
-#if OPERATOR != 3
 __constant int C[Q][3] = {{0, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {1, 1, 0}, {-1, -1, 0}, {1, -1, 0},
                           {-1, 1, 0}, {1, 0, 1}, {-1, 0, -1}, {1, 0, -1}, {-1, 0, 1}, {0, 1, 1}, {0, -1, -1}, {0, 1, -1}, {0, -1, 1}};
 
+#if OPERATOR == 1
 REAL along(int i, const REAL v[3]) {
     REAL sum = K(0.0);
     for (int a = 0; a < 3; a++) sum = fma(K(C[i][a]), v[a], sum);
@@ -426,7 +439,8 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
     uint first_image = tile_start[tile], last_image = tile_start[tile + 1];
     size_t cell = ((size_t)(z + 1) * rows + (y + 1)) * sizes.w + 16 + x;
 
-    REAL fraction = K(0.0), sum[3], v[3];
+    REAL fraction = K(0.0), total = K(0.0), sum[3], v[3];
+    int is_covered = 0;
     for (int a = 0; a < 3; a++) sum[a] = v[a] = K(0.0);
     if (is_swept && wall == 0) {
         for (uint k = first_image; k < last_image; k++) {
@@ -435,21 +449,28 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
             long row = row_of(image, y, z);
             if (row < 0) continue;
             int n = x - image[X_BASE];
-            float phi = fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
+            __global const int* span = spans + SPAN * row;
+            float phi = fraction_of(image, numbers + NUMBERS * of, faces, cut, span, lengths + 3 * row, n);
+            // Homogenised cells exchange momentum wherever the host found them, with a fraction of zero as well.
+            is_covered |= BY_VOLUME ? phi > 0.0f : n >= span[0] && n <= span[1];
             if (!(phi > 0.0f)) continue;
             __global const REAL* velocity = velocities + 6 * row;
             REAL part = (REAL)phi, from_centre = K(n) - velocity[5];
             REAL u[3] = {velocity[0], velocity[1] + velocity[3] * from_centre, velocity[2] + velocity[4] * from_centre};
-            fraction = fraction + part;
+            total = total + part;
+            int is_alone = total == part;
+            fraction = BY_VOLUME || is_alone ? total : K(1.0) - (K(1.0) - fraction) * (K(1.0) - part);
             for (int a = 0; a < 3; a++) {
                 sum[a] = sum[a] + part * u[a];
-                v[a] = fraction == part ? u[a] : (REAL)((double)sum[a] / (double)fraction);
+                v[a] = is_alone ? u[a] : (REAL)((double)sum[a] / (double)total);
             }
         }
     }
 
-    REAL mean[3], in[3], out[3], solid = K(0.0);
+    // What solids receive, and what is taken off in the next step: momentum, and the mass that moves with homogenised cells.
+    REAL mean[3], in[4], out[4], solid = K(0.0);
     for (int a = 0; a < 3; a++) mean[a] = in[a] = out[a] = K(0.0);
+    in[3] = out[3] = K(0.0);
     if (is_swept) {
         REAL f[Q];
         for (int i = 0; i < Q; i++) f[i] = READ(g, cell + slots[i]);
@@ -458,7 +479,8 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
         REAL target[3], b = K(0.0);
         Relaxation r;
         for (int a = 0; a < 3; a++) mean[a] = c.m[a];
-        if (fraction > K(0.0)) {
+        if (is_covered) {
+#if BY_VOLUME
             REAL overlap = fraction - K(1.0);
             overlap = overlap > K(0.0) ? overlap : K(0.0);
             solid = fraction - overlap;
@@ -480,6 +502,16 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
                 in[a] = force + inside;
                 out[a] = inside;
             }
+#else
+            solid = fraction;
+            for (int a = 0; a < 3; a++) {
+                REAL driven = c.u[a] + relaxation[2 + a];
+                target[a] = fma(solid, v[a] - driven, driven);
+                in[a] = c.m[a];
+                out[a] = c.rho * target[a];
+            }
+            in[3] = c.deviation - UNSCALED(f[0]);
+#endif
             r = relaxation_of(&c, target, k, k_odd, OPERATOR == 3, b, v);
         } else {
             for (int a = 0; a < 3; a++) target[a] = c.u[a] + relaxation[2 + a];
@@ -488,8 +520,8 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
         if (wall == 1) {
             for (int i = 0; i < Q; i++) WRITE(g, cell + slots[i], K(0.0));
             for (int a = 0; a < 3; a++) mean[a] = K(0.0);
-#if OPERATOR != 3
-        } else if (fraction > K(0.0)) {
+#if OPERATOR == 1 || OPERATOR == 2
+        } else if (is_covered) {
             // In populations as they are, not as they are stored.
             Relaxation to = relaxation_of(&c, v, k, k_odd, 0, b, v);
             for (int a = 0; a < 2; a++) { r.base[a] = UNSCALED(r.base[a]); to.base[a] = UNSCALED(to.base[a]); }
@@ -497,23 +529,29 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
             for (int a = 0; a < 3; a++) { r.linear[a] = UNSCALED(r.linear[a]); to.linear[a] = UNSCALED(to.linear[a]); }
             for (int i = 0; i < Q; i++) f[i] = UNSCALED(f[i]);
             REAL relaxed = fma(r.rest, f[0], K(6.0) * r.base[0]);
-            REAL pulled = OPERATOR == 2 ? fma(to.rest, f[0], K(6.0) * to.base[0]) : f[0] + bounced(&c, v, 0);
+#if OPERATOR == 2
+            REAL pulled = fma(to.rest, f[0], K(6.0) * to.base[0]);
+#else
+            REAL pulled = f[0] + bounced(&c, v, 0);
+#endif
             WRITE(g, cell + slots[0], SCALED(fma(b, pulled - relaxed, relaxed)));
             for (int i = 1; i < Q; i += 2) {
                 REAL there, back, pulled_there, pulled_back;
                 pair_of(&r, i, f[i], f[i + 1], &there, &back);
-                if (OPERATOR == 2) {
-                    pair_of(&to, i, f[i], f[i + 1], &pulled_there, &pulled_back);
-                } else {
-                    pulled_there = f[i + 1] + bounced(&c, v, i);
-                    pulled_back = f[i] + bounced(&c, v, i + 1);
-                }
+#if OPERATOR == 2
+                pair_of(&to, i, f[i], f[i + 1], &pulled_there, &pulled_back);
+#else
+                pulled_there = f[i + 1] + bounced(&c, v, i);
+                pulled_back = f[i] + bounced(&c, v, i + 1);
+#endif
                 WRITE(g, cell + slots[i + 1], SCALED(fma(b, pulled_there - there, there)));
                 WRITE(g, cell + slots[i], SCALED(fma(b, pulled_back - back, back)));
             }
 #endif
         } else {
-            WRITE(g, cell + slots[0], fma(r.rest, f[0], K(6.0) * r.base[0]));
+            REAL at_rest = fma(r.rest, f[0], K(6.0) * r.base[0]);
+            if (is_covered) out[3] = c.deviation - UNSCALED(at_rest);
+            WRITE(g, cell + slots[0], at_rest);
             for (int i = 1; i < Q; i += 2) {
                 REAL there, back;
                 pair_of(&r, i, f[i], f[i + 1], &there, &back);
@@ -528,17 +566,32 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
         int of = tile_images[k];
         __global const int* image = images + INTS * of;
         for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
-        if (fraction > K(0.0)) {
+        if (is_covered) {
             long row = row_of(image, y, z);
             int n = x - image[X_BASE];
+#if BY_VOLUME
             float phi =
                 row < 0 ? 0.0f : fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
-            if (phi > 0.0f) {
-                double share = (double)phi / (double)fraction;
+            int is_its = phi > 0.0f;
+            double share = (double)phi / (double)total;
+#else
+            // Each body receives by its own velocity.
+            int is_its = row >= 0 && n >= spans[SPAN * row] && n <= spans[SPAN * row + 1];
+            double u[3];
+            velocity_of(numbers + NUMBERS * of, n, y - image[Y_BASE], z - image[Z_BASE], u);
+#endif
+            if (is_its) {
                 long ny = y - image[Y_BASE], nz = z - image[Z_BASE];
                 for (int way = 0; way < 2; way++) {
                     double p[3];
-                    for (int a = 0; a < 3; a++) p[a] = share * (double)(way == 0 ? in[a] : out[a]);
+                    for (int a = 0; a < 3; a++) {
+                        p[a] = (double)(way == 0 ? in[a] : out[a]);
+#if BY_VOLUME
+                        p[a] = share * p[a];
+#else
+                        p[a] = p[a] - u[a] * (double)(way == 0 ? in[3] : out[3]);
+#endif
+                    }
                     long fx = to_fixed(p[0]), fy = to_fixed(p[1]), fz = to_fixed(p[2]);
                     long xy = to_fixed((double)n * p[1]), xz = to_fixed((double)n * p[2]);
                     __local long* mine = columns + TILE * 6 * way + item;
@@ -657,4 +710,18 @@ __kernel void pack(__global const Stored* g, __global const ulong* from, const u
 __kernel void unpack(__global Stored* g, __global const ulong* to, const ulong count, __global const Stored* message) {
     size_t k = get_global_id(0);
     if (k < count) WRITE(g, to[k], READ(message, k));
+}
+
+// Momentum and moving mass that left some cells in the last sweep; `left` is by the phase.
+__kernel void departed(__global const Stored* g, __global const ulong* left, __global const ulong* cells, const ulong count,
+                       __global double* sums) {
+    size_t k = get_global_id(0);
+    if (k >= count) return;
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    for (int i = 1; i < Q; i++) {
+        double population = (double)UNSCALED(READ(g, cells[k] + left[i]));
+        for (int a = 0; a < 3; a++) sum[a] = sum[a] + (double)C[i][a] * population;
+        sum[3] = sum[3] + population;
+    }
+    for (int a = 0; a < 4; a++) sums[4 * k + a] = sum[a];
 }
