@@ -33,7 +33,8 @@ pub use crate::output::Fields;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{
-    BenchOptions, BenchReport, Costs, Network, RankReport, Rate, Spread, bench, bench_conditions, calibrate,
+    BenchOptions, BenchReport, Costs, KernelReport, Network, RankReport, Rate, Spread, bench,
+    bench_conditions, calibrate,
 };
 use checkpointer::Requests;
 use engine::Context;

@@ -20,7 +20,7 @@ use crate::output::contacts::ids;
 use alone::{Alone, without_particles};
 pub use costs::Costs;
 use costs::Samples;
-pub use report::{BenchReport, RankReport, Rate, Spread};
+pub use report::{BenchReport, KernelReport, RankReport, Rate, Spread};
 use serde::Serialize;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
@@ -157,6 +157,7 @@ fn bench_rank(
         }
     }
     let steps = (SAMPLES as u64 * options.steps) as f64;
+    let kernels = kernels(&mut simulation, options.steps)?;
     let mut mine = rank_report(&mut simulation, traffic, steps, resident);
     if let Some(alone) = &alone {
         mine.fluid_only_stages =
@@ -212,6 +213,7 @@ fn bench_rank(
         threads: comm.size(),
         ranks: comm.size(),
         grid: decomposition.grid,
+        kernels,
         by_rank,
     })
 }
@@ -224,6 +226,30 @@ fn timed(simulation: &mut Simulation, steps: u64) -> Result<(f64, Traffic)> {
     let sent = simulation.comm.traffic() - before;
     simulation.comm.barrier();
     Ok((start.elapsed().as_secs_f64(), sent))
+}
+
+/// Kernels of the device in some more steps, if one computes the fluid. Collective.
+fn kernels(simulation: &mut Simulation, steps: u64) -> Result<Vec<KernelReport>> {
+    #[cfg(feature = "gpu")]
+    if let Some(system) = simulation.system.as_ref().filter(|system| system.fluid.device_traffic().is_some())
+    {
+        system.fluid.time_kernels(true);
+        let timings = std::mem::take(simulation.timings());
+        simulation.advance(steps)?;
+        *simulation.timings() = timings;
+        let costs =
+            simulation.system.as_ref().map(|system| system.fluid.time_kernels(false)).unwrap_or_default();
+        let per_step = |cost: crate::device::KernelCost| KernelReport {
+            name: cost.name,
+            seconds: cost.seconds / steps as f64,
+            bytes: cost.bytes as f64 / steps as f64,
+        };
+        let mut kernels: Vec<KernelReport> = costs.into_iter().map(per_step).collect();
+        kernels.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+        return Ok(kernels);
+    }
+    let _ = (simulation, steps);
+    Ok(Vec::new())
 }
 
 fn per_step(timings: &Timings, steps: f64) -> BTreeMap<String, f64> {

@@ -27,13 +27,19 @@ fn scenes_have_the_bits_of_the_processor_on_one_two_and_four_ranks() {
     }
     for (name, text) in scenes() {
         let place = Place::new(&text);
-        for (precision, ranks) in [("f32", &["1", "2", "4"][..]), ("f64", &["2"]), ("f16", &["1"])] {
-            let precision = format!("fluid.precision={precision}");
-            let options = ["--set", &precision, "--set", "run.end.steps=100", "--threads"];
+        for (precision, coupling, ranks) in [
+            ("f32", "saturated", &["1", "2", "4"][..]),
+            ("f64", "saturated", &["2"]),
+            ("f16", "saturated", &["1"]),
+            ("f32", "homogenised", &["2"]),
+            ("f64", "homogenised", &["1"]),
+        ] {
+            let keys = [format!("fluid.precision={precision}"), format!("lattice.coupling={coupling}")];
+            let options = ["--set", &keys[0], "--set", &keys[1], "--set", "run.end.steps=100", "--threads"];
             let expected = hash(&place, &[&options[..], &["2"]].concat());
             for ranks in ranks {
                 let found = hash(&place, &[&options[..], &[ranks, "--device", "gpu"]].concat());
-                assert_eq!(found, expected, "{name} {precision} on {ranks} ranks");
+                assert_eq!(found, expected, "{name} {precision} {coupling} on {ranks} ranks");
             }
             let summary = place.summary("out");
             assert!(summary["device"].as_str().is_some_and(|name| !name.is_empty()), "{summary}");
@@ -93,10 +99,6 @@ fn what_no_device_does_is_refused_with_the_place_in_the_case() {
         |options: &[&str], words: &[&str]| place.refused(&[&["run", "case.toml"], options].concat(), words);
     refused(&["--device", "gpu:x"], &["`run.device` is gpu:x", "gpu:1"]);
     refused(&["--device", "gpu:99"], &["`run.device` is gpu:99"]);
-    refused(
-        &["--device", "gpu", "--set", "lattice.coupling=homogenised"],
-        &["run.device", "homogenised", "lattice.coupling"],
-    );
 }
 
 #[test]

@@ -16,8 +16,10 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$out"
 
+cases="single_sphere sphere_array hindered_settling hindered_settling_paper cubes_settling settling_tank shear_cell rotating_cylinder
+    stl_particles"
 if [ -n "${SMALL:-}" ]; then
-    steps=40 edge=4
+    steps=10 edge=4
 else
     steps=300 edge=25
 fi
@@ -45,15 +47,19 @@ speed_of() {
     "$turbid" doctor
     echo '```'
     echo
-    echo "| case | steps | processor | device, 1 rank | device, 2 ranks | |"
-    echo "|---|---|---|---|---|---|"
-    for name in hindered_settling cubes_settling shear_cell settling_tank; do
-        expected=$(hash_of "$name")
-        one=$(hash_of "$name" --device "$device")
-        two=$(hash_of "$name" --device "$device" --threads 2)
-        equal=different
-        [ "$expected" != "$one" ] || [ "$expected" != "$two" ] || equal=equal
-        echo "| $name | $steps | $expected | $one | $two | $equal |"
+    echo "| case | precision | steps | hash of the state | device, 1, 2 and 4 ranks |"
+    echo "|---|---|---|---|---|"
+    for name in $cases; do
+        for precision in f32 f64; do
+            expected=$(hash_of "$name" --set "fluid.precision=$precision")
+            found=
+            for ranks in 1 2 4; do
+                hash=$(hash_of "$name" --set "fluid.precision=$precision" --device "$device" --threads "$ranks")
+                [ "$hash" = "$expected" ] && hash=equal
+                found="$found $hash"
+            done
+            echo "| $name | $precision | $steps | $expected |$found |"
+        done
     done
     echo
     echo "| what | precision | million cell updates per second |"

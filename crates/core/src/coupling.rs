@@ -45,8 +45,8 @@ pub use method::Method;
 pub(crate) use method::sweep_alone;
 use method::{CouplingMethod, with_method};
 pub use saturated::{Saturated, SolidOperator, SurfaceShift};
-pub use walls::{LatticeWalls, check_motion};
 use std::cell::RefCell;
+pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
 #[derive(Clone, Copy, Debug)]

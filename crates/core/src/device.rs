@@ -16,6 +16,7 @@ use opencl3::kernel::Kernel;
 use opencl3::memory::{Buffer, CL_MEM_READ_WRITE, ClMem};
 use opencl3::program::Program;
 use opencl3::types::{CL_TRUE, cl_device_id};
+use std::cell::RefCell;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -34,6 +35,19 @@ pub struct DeviceInfo {
     pub is_processor: bool,
     /// Why it cannot be used, if so.
     pub refused: Option<String>,
+}
+
+/// What a kernel took while kernels were timed.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct KernelCost {
+    /// Its name.
+    pub name: String,
+    /// How often it ran.
+    pub launches: u64,
+    /// Time (s), waiting for the device included.
+    pub seconds: f64,
+    /// Bytes that it reads and writes by count, each once.
+    pub bytes: u64,
 }
 
 /// All devices, those that are no processors first; none without a driver.
@@ -140,12 +154,12 @@ impl Device {
             let of = [Argument::Array(&array), Argument::Long(numbers as u64)];
             let rates = [
                 // SAFETY: the arguments of the kernel; the array has so many numbers.
-                timed(&queue, || unsafe { queue.launch(&stream, &of, [numbers, 1], Some(256)) })
+                timed(&queue, || unsafe { queue.launch(&stream, &of, [numbers, 1], Some(256), 0) })
                     .map(|time| 16.0 * numbers as f64 / time),
                 // SAFETY: the arguments of the kernel; the array has a number for each item.
                 timed(&queue, || unsafe {
                     let of = [Argument::Array(&array), Argument::Int(ROUNDS)];
-                    queue.launch(&chains, &of, [CHAINS.min(numbers), 1], Some(256))
+                    queue.launch(&chains, &of, [CHAINS.min(numbers), 1], Some(256), 0)
                 })
                 .map(|time| 16.0 * f64::from(ROUNDS) * CHAINS.min(numbers) as f64 / time),
             ];
@@ -193,7 +207,12 @@ impl Device {
         // SAFETY: context and device are valid; no host memory is involved.
         let queue = unsafe { CommandQueue::create_with_properties(&kernels.context, self.id.id(), 0, 0) };
         let queue = queue.map_err(|error| self.failed("make a queue on", &error))?;
-        Ok(Queue { commands: queue, kernels: kernels.clone(), device: self.clone() })
+        Ok(Queue {
+            commands: queue,
+            kernels: kernels.clone(),
+            device: self.clone(),
+            costs: RefCell::new(None),
+        })
     }
 
     fn failed(&self, what: &str, error: &ClError) -> Error {
@@ -221,9 +240,15 @@ pub(crate) struct Kernels {
 
 impl Kernels {
     /// A kernel, whose arguments belong to the caller alone.
-    pub(crate) fn kernel(&self, name: &str) -> Kernel {
-        Kernel::create(&self.program, name).expect("a kernel of the source")
+    pub(crate) fn kernel(&self, name: &'static str) -> NamedKernel {
+        NamedKernel { kernel: Kernel::create(&self.program, name).expect("a kernel of the source"), name }
     }
+}
+
+/// A kernel.
+pub(crate) struct NamedKernel {
+    kernel: Kernel,
+    name: &'static str,
 }
 
 /// An array of bytes on a device.
@@ -261,6 +286,8 @@ pub(crate) struct Queue {
     commands: CommandQueue,
     pub(crate) kernels: Arc<Kernels>,
     device: Device,
+    /// By kernel, while they are timed.
+    costs: RefCell<Option<Vec<KernelCost>>>,
 }
 
 impl Queue {
@@ -346,17 +373,25 @@ impl Queue {
         Ok(())
     }
 
-    /// Gives a kernel to the device: `items` in both directions, in work-groups of `group` or of any size.
+    /// Returns what kernels took since they are timed, and times them from now on or no longer; then each is waited for.
+    pub(crate) fn time_kernels(&self, from_now_on: bool) -> Vec<KernelCost> {
+        self.costs.replace(from_now_on.then(Vec::new)).unwrap_or_default()
+    }
+
+    /// Gives a kernel to the device: `items` in both directions, in work-groups of `group` or of any size. By count it reads and writes
+    /// `bytes`.
     ///
     /// # Safety
     /// The arguments are those of the kernel, and with them it stays within its arrays.
     pub(crate) unsafe fn launch(
         &self,
-        kernel: &Kernel,
+        of: &NamedKernel,
         arguments: &[Argument],
         items: [usize; 2],
         group: Option<usize>,
+        bytes: usize,
     ) -> std::result::Result<(), Failed> {
+        let kernel = &of.kernel;
         for (at, argument) in (0..).zip(arguments) {
             // SAFETY: promised by the caller.
             unsafe {
@@ -371,32 +406,39 @@ impl Queue {
         let group = group.map(|n| [n, 1]);
         let group = group.as_ref().map_or(std::ptr::null(), |group| group.as_ptr());
         // SAFETY: as above; sizes have as many numbers as there are directions.
-        unsafe {
-            self.commands.enqueue_nd_range_kernel(
-                kernel.get(),
-                2,
-                std::ptr::null(),
-                items.as_ptr(),
-                group,
-                &[],
-            )
-        }?;
+        let enqueue = || unsafe {
+            let (kernel, items) = (kernel.get(), items.as_ptr());
+            self.commands.enqueue_nd_range_kernel(kernel, 2, std::ptr::null(), items, group, &[])?;
+            Ok(())
+        };
+        let mut costs = self.costs.borrow_mut();
+        let Some(costs) = &mut *costs else { return enqueue() };
+        let seconds = timed(self, enqueue)?;
+        let at = costs.iter().position(|cost| cost.name == of.name).unwrap_or_else(|| {
+            costs.push(KernelCost { name: of.name.to_owned(), ..KernelCost::default() });
+            costs.len() - 1
+        });
+        let cost = &mut costs[at];
+        (cost.launches, cost.bytes) = (cost.launches + 1, cost.bytes + bytes as u64);
+        cost.seconds += seconds;
         Ok(())
     }
 
-    /// Gives a kernel to the device that works on a list of `count` items, which it is told.
+    /// Gives a kernel to the device that works on a list of `count` items, which it is told; it reads and writes `bytes_each`.
     ///
     /// # Safety
     /// As for [`launch`](Self::launch).
     pub(crate) unsafe fn launch_over(
         &self,
-        kernel: &Kernel,
+        kernel: &NamedKernel,
         arguments: &[Argument],
         count: usize,
+        bytes_each: usize,
     ) -> std::result::Result<(), Failed> {
         const GROUP: usize = 64;
+        let (items, bytes) = ([count.next_multiple_of(GROUP), 1], count * bytes_each);
         // SAFETY: promised by the caller.
-        unsafe { self.launch(kernel, arguments, [count.next_multiple_of(GROUP), 1], Some(GROUP)) }
+        unsafe { self.launch(kernel, arguments, items, Some(GROUP), bytes) }
     }
 
     /// Waits for all that was given.

@@ -238,6 +238,12 @@ impl<S: Population> Fluid<S> {
         self.device.as_ref().map(|device| device.transferred)
     }
 
+    /// What the kernels of the device took since they are timed; times them from now on or no longer. None without a device.
+    #[cfg(feature = "gpu")]
+    pub fn time_kernels(&self, from_now_on: bool) -> Vec<crate::device::KernelCost> {
+        self.device.as_ref().map(|device| device.time_kernels(from_now_on)).unwrap_or_default()
+    }
+
     /// A failure of the device since the last call.
     pub fn take_failure(&mut self) -> Option<crate::Error> {
         #[cfg(feature = "gpu")]

@@ -58,8 +58,21 @@ pub struct BenchReport {
     pub ranks: usize,
     /// Number of blocks in each direction.
     pub grid: [usize; 3],
+    /// Kernels of the device on rank 0, the slowest first, from steps in which each was waited for; none on the processor.
+    pub kernels: Vec<KernelReport>,
     /// What each rank has and does.
     pub by_rank: Vec<RankReport>,
+}
+
+/// What a kernel of a device takes in a step.
+#[derive(Clone, Debug, Serialize)]
+pub struct KernelReport {
+    /// Its name.
+    pub name: String,
+    /// Seconds.
+    pub seconds: f64,
+    /// Bytes that it reads and writes by count, each once.
+    pub bytes: f64,
 }
 
 /// What one rank has at the end of a benchmark, and what it does in a step.

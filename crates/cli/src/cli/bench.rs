@@ -126,6 +126,15 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
         let (value, remark) = times(String::new(), seconds);
         rows.push(row(stage, value, remark));
     }
+    for kernel in &report.kernels {
+        let value = format!("{:.3} ms", 1e3 * kernel.seconds);
+        let rate = kernel.bytes / kernel.seconds / 1e9;
+        rows.push(row(
+            format!("kernel {}", kernel.name),
+            value,
+            format!("{} in a step, {rate:.1} GB/s", in_bytes(kernel.bytes)),
+        ));
+    }
     if report.ranks == 1 {
         return table(&rows);
     }

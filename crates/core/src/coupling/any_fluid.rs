@@ -82,6 +82,12 @@ impl AnyFluid {
         either!(self, fluid => fluid.device_traffic())
     }
 
+    /// As [`Fluid::time_kernels`].
+    #[cfg(feature = "gpu")]
+    pub fn time_kernels(&self, from_now_on: bool) -> Vec<crate::device::KernelCost> {
+        either!(self, fluid => fluid.time_kernels(from_now_on))
+    }
+
     /// A failure of the device since the last call.
     pub fn take_failure(&mut self) -> Option<crate::Error> {
         either!(self, fluid => fluid.take_failure())

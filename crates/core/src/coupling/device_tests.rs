@@ -250,6 +250,45 @@ fn a_step_transfers_nothing_for_a_cell() {
 }
 
 #[test]
+fn a_step_moves_at_most_165_bytes_a_cell_at_a_volume_fraction_of_0_3() {
+    let Some(device) = device() else { return };
+    // Spheres of 18 cells, 20.5 cells apart on a cubic grid, which would be 0.354.
+    let (counts, spacing, diameter) = ([4, 3, 2], 20.5, 18.0);
+    let cells = counts.map(|n| libm::ceil(f64::from(n) * spacing) as usize);
+    let decomposition = Decomposition::solo(Domain { periodic: PERIODIC, cells, dx: UNITS.dx });
+    let method = saturated(SolidOperator::Sc3);
+    let mut fluid =
+        AnyFluid::new(Precision::F32, &decomposition, &Comm::Solo, &fluid_for(method), &Boundary::none())
+            .unwrap();
+    let radius = 0.5 * diameter * UNITS.dx;
+    let mut coupling = Coupling::new(coupled(method), &decomposition, 0, radius);
+    coupling.use_device();
+    fluid.use_device(&device, &coupling).unwrap();
+    let at = |n: i32| (f64::from(n) + 0.5) * spacing * UNITS.dx;
+    let [nx, ny, nz] = counts;
+    let particles: Vec<Particle> = (0..nx * ny * nz)
+        .map(|n| Particle::at(n as u64, 0, Vec3::new(at(n % nx), at(n / nx % ny), at(n / nx / ny))))
+        .collect();
+    let count = particles.len();
+    let shape: Arc<dyn Shape> = Arc::new(Sphere { radius });
+    let templates = Arc::new([Template { shape, material: 0, density: 2000.0 }]);
+    let store = ParticleStore { templates, particles, owned: count, owners: vec![0; count] };
+    coupling.map(&store);
+    fluid.time_kernels(true);
+    fluid.sweep([0.0; 3], &mut coupling, false);
+    fluid.exchange();
+    let costs = fluid.time_kernels(false);
+    let number = cells.iter().product::<usize>() as f64;
+    let solid = count as f64 * PI / 6.0 * diameter * diameter * diameter / number;
+    // Copies round the box are a part of the surface, which is large in so small a box.
+    let bytes: u64 = costs.iter().filter(|cost| cost.name != "copy_links").map(|cost| cost.bytes).sum();
+    println!("solid fraction {solid:.3}: {:.1} B a cell; {costs:?}", bytes as f64 / number);
+    assert!((0.3..0.36).contains(&solid), "{solid}");
+    assert!(bytes as f64 / number < 165.0, "{costs:?}");
+    assert!(bytes as f64 / number > 152.0, "{costs:?}");
+}
+
+#[test]
 fn a_device_gives_the_bits_of_the_processor() {
     let Some(device) = device() else { return };
     for scene in &SCENES {

@@ -12,12 +12,11 @@ use super::layout::{AaPhase, Layout};
 use super::population::Population;
 use super::walls::{Links, Walls};
 use super::{Flow, Images, Precision};
-use crate::device::{Argument, Array, Device, Failed, Queue};
+use crate::device::{Argument, Array, Device, Failed, KernelCost, NamedKernel, Queue};
 use crate::domain::{Block, Domain};
 use crate::error::{Error, Result};
 use crate::lattice::Q;
 use crate::math::join_wide;
-use opencl3::kernel::Kernel;
 use std::cell::{Cell, RefCell};
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
@@ -141,13 +140,13 @@ struct Crossing<S> {
 }
 
 struct CompiledKernels {
-    spans: Kernel,
-    sweep: Kernel,
-    flow_total: Kernel,
-    copy_links: Kernel,
-    pack: Kernel,
-    unpack: Kernel,
-    departed: Kernel,
+    spans: NamedKernel,
+    sweep: NamedKernel,
+    flow_total: NamedKernel,
+    copy_links: NamedKernel,
+    pack: NamedKernel,
+    unpack: NamedKernel,
+    departed: NamedKernel,
 }
 
 /// What a block needs on a device, besides its populations.
@@ -278,7 +277,8 @@ impl<S: Population> DeviceFluid<S> {
             if flags.is_empty() { None } else { Some(filled(&queue, &flags, "the map of the walls")?) };
         let slots = phases.map(|phase| fill(&layout.slots_from(phase).map(|slot| slot as u64)));
         let [even, odd] = slots;
-        let [left_even, left_odd] = phases.map(|phase| fill(&std::array::from_fn::<_, Q, _>(|i| layout.left(phase, i) as u64)));
+        let [left_even, left_odd] =
+            phases.map(|phase| fill(&std::array::from_fn::<_, Q, _>(|i| layout.left(phase, i) as u64)));
         let small = || queue.zeroed(0, "the bodies");
         let kernel = |name| kernels.kernel(name);
         let fluid = Self {
@@ -320,6 +320,11 @@ impl<S: Population> DeviceFluid<S> {
         populations.copy = Some(DeviceCopy { queue, array, failed });
         populations.newer.set(Newer::Host);
         Ok(fluid)
+    }
+
+    /// As [`Queue::time_kernels`].
+    pub(super) fn time_kernels(&self, from_now_on: bool) -> Vec<KernelCost> {
+        self.queue.time_kernels(from_now_on)
     }
 
     /// The first failure since the last call.
@@ -374,9 +379,12 @@ impl<S: Population> DeviceFluid<S> {
         queue.write(&mut self.tile_images, &listed)?;
         self.transferred = (images.bytes() + size_of_val(&start[..]) + size_of_val(&listed[..])) as u64;
         let [spans, lengths, velocities] = &mut self.spans;
-        queue.reserve(spans, images.rows * 5 * 4)?;
-        queue.reserve(lengths, images.rows * 3 * 4)?;
-        queue.reserve(velocities, images.rows * 6 * size_of::<S::Number>())?;
+        let row_bytes = [5 * size_of::<i32>(), 3 * size_of::<f32>(), 6 * size_of::<S::Number>()];
+        for (array, bytes) in [spans, lengths, velocities].into_iter().zip(row_bytes) {
+            queue.reserve(array, images.rows * bytes)?;
+        }
+        let [spans, lengths, velocities] = &self.spans;
+        let of_rows = images.rows * row_bytes.iter().sum::<usize>() + images.bytes();
         queue.reserve(&mut self.received, size_of_val(received))?;
         queue.clear(&mut self.received, size_of_val(received).max(8))?;
         if images.count() > 0 {
@@ -384,7 +392,8 @@ impl<S: Population> DeviceFluid<S> {
                 .map(|array| Argument::Array(array));
             // SAFETY: the arguments of the kernel; arrays have room for all images and rows.
             unsafe {
-                queue.launch(&self.kernels.spans, &arguments, [images.most_rows, images.count()], None)?;
+                let items = [images.most_rows, images.count()];
+                queue.launch(&self.kernels.spans, &arguments, items, None, of_rows)?;
             }
         }
         let int = |n: usize| n as i32;
@@ -392,7 +401,6 @@ impl<S: Population> DeviceFluid<S> {
         let [ox, oy, oz] = self.corner.map(int);
         let [cx, cy, cz] = self.cells.map(int);
         let [ints, numbers, _, faces, ..] = &self.images;
-        let [spans, lengths, velocities] = &self.spans;
         let tiles: usize = self.tiles.iter().product();
         let arguments = [
             Argument::Array(populations),
@@ -417,14 +425,23 @@ impl<S: Population> DeviceFluid<S> {
             Argument::Int(i32::from(flow.is_some())),
             Argument::Array(&self.flows),
         ];
+        let of_cell = 2 * Q * size_of::<S>() + usize::from(self.walls.is_some());
+        let of_tiles = size_of_val(&start[..])
+            + size_of_val(&listed[..])
+            + if flow.is_some() { tiles * TILE_WORDS * 8 } else { 0 };
+        let bytes =
+            self.size.iter().product::<usize>() * of_cell + of_rows + of_tiles + size_of_val(received);
         // SAFETY: the arguments of the kernel; slots of cells of the block are within the populations (tested in `layout`), and lists of
         // tiles, images and rows within their arrays.
-        unsafe { queue.launch(&self.kernels.sweep, &arguments, [tiles * ITEMS, 1], Some(ITEMS))? };
+        unsafe { queue.launch(&self.kernels.sweep, &arguments, [tiles * ITEMS, 1], Some(ITEMS), bytes)? };
         if let Some(flow) = flow {
             let arguments =
                 [Argument::Array(&self.flows), Argument::Int(tiles as i32), Argument::Array(&self.total)];
             // SAFETY: the arguments of the kernel; there is a flow of each tile.
-            unsafe { queue.launch(&self.kernels.flow_total, &arguments, [ITEMS, 1], Some(ITEMS))? };
+            unsafe {
+                let bytes = tiles * TILE_WORDS * 8;
+                queue.launch(&self.kernels.flow_total, &arguments, [ITEMS, 1], Some(ITEMS), bytes)?;
+            }
             let mut words = [0_i64; FLOW_WORDS];
             queue.read(&self.total, &mut words)?;
             self.transferred += size_of_val(&words) as u64;
@@ -469,7 +486,10 @@ impl<S: Population> DeviceFluid<S> {
             Argument::Array(found),
         ];
         // SAFETY: the arguments of the kernel; what left a cell of the block is within the populations.
-        unsafe { queue.launch_over(&self.kernels.departed, &arguments, cells.len())? };
+        unsafe {
+            let bytes = 8 + (Q - 1) * size_of::<S>() + size_of::<[f64; 4]>();
+            queue.launch_over(&self.kernels.departed, &arguments, cells.len(), bytes)?;
+        }
         queue.read(found, sums)
     }
 
@@ -497,7 +517,7 @@ impl<S: Population> DeviceFluid<S> {
         halo: &mut FluidHalo<S>,
         entered: AaPhase,
     ) {
-        let array = populations.on_device();
+        let (array, moved) = (populations.on_device(), 8 + 2 * size_of::<S>());
         // Both ranks of a message must get through the exchange even if a device has failed.
         let mut failed = Ok(());
         let at = entered as usize;
@@ -512,7 +532,8 @@ impl<S: Population> DeviceFluid<S> {
                     Argument::Array(message),
                 ];
                 // SAFETY: the arguments of the kernel; the message has room for all that is sent.
-                let done = unsafe { self.queue.launch_over(&self.kernels.pack, &arguments, counts[at]) };
+                let done =
+                    unsafe { self.queue.launch_over(&self.kernels.pack, &arguments, counts[at], moved) };
                 failed = failed.and(done).and_then(|()| self.queue.read(message, packed));
             }
             pattern.send(packed, entered);
@@ -533,7 +554,9 @@ impl<S: Population> DeviceFluid<S> {
                 assert_eq!(packed.len(), counts[at], "as many numbers come as are sent");
                 failed = failed.and_then(|()| self.queue.write(message, packed)).and_then(|()| {
                     // SAFETY: the arguments of the kernel; the message holds all that came.
-                    unsafe { self.queue.launch_over(&self.kernels.unpack, &arguments(message), counts[at]) }
+                    unsafe {
+                        self.queue.launch_over(&self.kernels.unpack, &arguments(message), counts[at], moved)
+                    }
                 });
             }
         }
@@ -552,7 +575,10 @@ impl<S: Population> DeviceFluid<S> {
                 Argument::Array(copies.corrections.as_ref().unwrap_or(&copies.to)),
             ];
             // SAFETY: the arguments of the kernel; all slots are within the populations.
-            unsafe { self.queue.launch_over(&self.kernels.copy_links, &arguments, copies.count)? };
+            unsafe {
+                let bytes = 2 * (8 + size_of::<S>());
+                self.queue.launch_over(&self.kernels.copy_links, &arguments, copies.count, bytes)?;
+            }
         }
         Ok(())
     }
