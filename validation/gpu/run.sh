@@ -3,15 +3,20 @@
 #
 # DEVICE  the device (default: gpu)
 # OUT     directory for result.md (default: this one)
+# TURBID  the program (default: built here)
 set -eu
 
 here=$(cd "$(dirname "$0")" && pwd)
 device=${DEVICE:-gpu}
 out=${OUT:-$here}
 cd "$here/../.."
-cargo build --release --quiet
-turbid=$PWD/${CARGO_TARGET_DIR:-target}/release/turbid
-case ${CARGO_TARGET_DIR:-} in /*) turbid=$CARGO_TARGET_DIR/release/turbid ;; esac
+if [ -z "${TURBID:-}" ]; then
+    cargo build --release --quiet
+    turbid=$PWD/${CARGO_TARGET_DIR:-target}/release/turbid
+    case ${CARGO_TARGET_DIR:-} in /*) turbid=$CARGO_TARGET_DIR/release/turbid ;; esac
+else
+    turbid=$TURBID
+fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$out"

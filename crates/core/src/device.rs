@@ -1,21 +1,14 @@
-//! Devices that compute the fluid besides the processor, by OpenCL, whose driver is loaded while the program runs.
+//! Devices that compute the fluid besides the processor, by OpenCL or CUDA, whose drivers are loaded while the program runs.
 //!
-//! A device is what OpenCL lists: GPUs and other accelerators first, then processors that have a driver (PoCL). It must compute in double
-//! precision, add up 64-bit integers in memory, and divide as IEEE 754 says: then all results have the bits of the processor's kernels.
+//! A device is what OpenCL lists: GPUs and other accelerators first, then processors that have a driver (PoCL). If it lists no GPU of NVIDIA,
+//! those that CUDA lists come first. A device must compute in double precision, add up 64-bit integers in memory, and divide as IEEE 754 says:
+//! then all results have the bits of the processor's kernels.
+
+mod cuda;
+mod opencl;
 
 use crate::error::{Error, Result};
 use crate::memory;
-use opencl3::command_queue::CommandQueue;
-use opencl3::context::Context;
-use opencl3::device::{
-    CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT, Device as Id,
-    get_all_devices,
-};
-use opencl3::error_codes::ClError;
-use opencl3::kernel::Kernel;
-use opencl3::memory::{Buffer, CL_MEM_READ_WRITE, ClMem};
-use opencl3::program::Program;
-use opencl3::types::{CL_TRUE, cl_device_id};
 use std::cell::RefCell;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -52,58 +45,84 @@ pub struct KernelCost {
 
 /// All devices, those that are no processors first; none without a driver.
 pub fn devices() -> Vec<DeviceInfo> {
-    ids().iter().map(|&id| info(id)).collect()
+    drivers().iter().map(|(_, info)| info.clone()).collect()
 }
 
 /// Asked once, as drivers may fail if two threads ask for the first time at once.
-fn ids() -> Vec<cl_device_id> {
-    static IDS: OnceLock<Vec<usize>> = OnceLock::new();
-    let ids = IDS.get_or_init(|| {
-        // An error if there is no driver, or if it lists no device.
-        let mut ids = get_all_devices(CL_DEVICE_TYPE_ALL).unwrap_or_default();
-        ids.sort_by_key(|&id| is_processor(Id::new(id)));
-        ids.into_iter().map(|id| id as usize).collect()
-    });
-    ids.iter().map(|&id| id as cl_device_id).collect()
+fn drivers() -> &'static [(Arc<dyn Driver>, DeviceInfo)] {
+    static DRIVERS: OnceLock<Vec<(Arc<dyn Driver>, DeviceInfo)>> = OnceLock::new();
+    DRIVERS.get_or_init(|| {
+        let described = |driver: Arc<dyn Driver>| (driver.info(), driver);
+        let mut all: Vec<(DeviceInfo, Arc<dyn Driver>)> =
+            opencl::devices().into_iter().map(described).collect();
+        if !all.iter().any(|(info, _)| info.name.contains("NVIDIA") || info.driver.contains("CUDA")) {
+            all.extend(cuda::devices().into_iter().map(described));
+        }
+        all.sort_by_key(|(info, _)| info.is_processor);
+        all.into_iter().map(|(info, driver)| (driver, info)).collect()
+    })
 }
 
-fn is_processor(id: Id) -> bool {
-    id.dev_type().is_ok_and(|kind| kind & CL_DEVICE_TYPE_CPU != 0)
+/// A device, as its driver has it.
+trait Driver: Send + Sync {
+    /// What it says of itself.
+    fn info(&self) -> DeviceInfo;
+
+    /// Compiles kernels with options of the preprocessor; the log if it does not.
+    fn compile(&self, source: &str, options: &str) -> std::result::Result<Arc<dyn Program>, String>;
 }
 
-fn info(id: cl_device_id) -> DeviceInfo {
-    let id = Id::new(id);
-    let text = |text: std::result::Result<String, ClError>| text.unwrap_or_default().trim().to_owned();
-    let extensions = text(id.extensions());
-    let missing = |what: &str| Some(format!("it {what}"));
-    let refused = if !extensions.contains("cl_khr_fp64") {
-        missing("has no double precision")
-    } else if !extensions.contains("cl_khr_int64_base_atomics") {
-        missing("cannot add up 64-bit integers in memory (cl_khr_int64_base_atomics)")
-    } else if id.single_fp_config().unwrap_or(0) & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT == 0 {
-        missing("does not round divisions as IEEE 754 says")
-    } else if id.max_work_group_size().unwrap_or(0) < 256 || id.local_mem_size().unwrap_or(0) < 32_768 {
-        missing("has work-groups of fewer than 256 items, or less than 32 kB of memory for each")
-    } else if !id.compiler_available().unwrap_or(false) || !id.available().unwrap_or(false) {
-        missing("is not available")
-    } else {
-        None
-    };
-    DeviceInfo {
-        name: text(id.name()),
-        driver: format!("{}, {}", text(id.version()), text(id.driver_version())),
-        memory: id.global_mem_size().unwrap_or(0),
-        largest: id.max_mem_alloc_size().unwrap_or(0),
-        is_processor: is_processor(id),
-        refused,
-    }
+/// Compiled kernels.
+trait Program: Send + Sync {
+    /// A kernel, whose arguments belong to the caller alone.
+    fn kernel(&self, name: &str) -> std::result::Result<Kernel, Failed>;
+
+    /// Work that is done in the order in which it is given.
+    fn commands(self: Arc<Self>) -> std::result::Result<Box<dyn Commands>, Failed>;
+}
+
+/// Work on a device, done in the order in which it is given.
+///
+/// # Safety
+/// Of its functions: arrays and kernels are those of this driver and device, arrays have so many bytes, and with its arguments a kernel stays
+/// within its arrays.
+trait Commands {
+    fn allocate(&self, bytes: usize) -> std::result::Result<Memory, Failed>;
+    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> std::result::Result<(), Failed>;
+    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> std::result::Result<(), Failed>;
+    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> std::result::Result<(), Failed>;
+    unsafe fn launch(
+        &self,
+        kernel: &Kernel,
+        arguments: &[Argument],
+        groups: usize,
+        group: usize,
+    ) -> std::result::Result<(), Failed>;
+    fn finish(&self) -> std::result::Result<(), Failed>;
+}
+
+enum Memory {
+    OpenCl(opencl3::memory::Buffer<u8>),
+    Cuda(cudarc::driver::CudaSlice<u8>),
+}
+
+enum Kernel {
+    OpenCl(opencl3::kernel::Kernel),
+    Cuda(cudarc::driver::CudaFunction),
 }
 
 /// A device that can be used.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Device {
-    id: Id,
+    number: usize,
+    driver: Arc<dyn Driver>,
     info: Arc<DeviceInfo>,
+}
+
+impl fmt::Debug for Device {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.info.fmt(f)
+    }
 }
 
 impl Device {
@@ -112,10 +131,10 @@ impl Device {
     /// # Errors
     /// [`Error::Input`] if there is no such device, or if it cannot be used.
     pub fn open(number: usize) -> Result<Self> {
-        let ids = ids();
-        let Some(&id) = ids.get(number) else {
-            let found = match ids.len() {
-                0 => "there is no OpenCL driver (libOpenCL) that lists one".to_owned(),
+        let drivers = drivers();
+        let Some((driver, info)) = drivers.get(number) else {
+            let found = match drivers.len() {
+                0 => "there is no OpenCL driver (libOpenCL) that lists one, nor CUDA".to_owned(),
                 1 => "there is one device, gpu:0".to_owned(),
                 n => format!("there are devices up to gpu:{}", n - 1),
             };
@@ -124,11 +143,10 @@ impl Device {
                  the processor, or take --device cpu; `turbid doctor` lists the devices"
             )));
         };
-        let info = info(id);
         if let Some(why) = &info.refused {
             return Err(Error::Input(format!("cannot compute on device gpu:{number}, {}: {why}", info.name)));
         }
-        Ok(Self { id: Id::new(id), info: Arc::new(info) })
+        Ok(Self { number, driver: driver.clone(), info: Arc::new(info.clone()) })
     }
 
     /// What it says of itself.
@@ -144,6 +162,7 @@ impl Device {
     pub fn measure(&self) -> Result<[f64; 2]> {
         const CHAINS: usize = 1 << 18;
         const ROUNDS: i32 = 256;
+        const GROUP: usize = 256;
         let kernels = self.compile(include_str!("device/measure.cl"), "")?;
         let queue = self.queue(&kernels)?;
         let numbers = (self.info.largest / 16).min(1 << 25) as usize / 256 * 256;
@@ -154,12 +173,12 @@ impl Device {
             let of = [Argument::Array(&array), Argument::Long(numbers as u64)];
             let rates = [
                 // SAFETY: the arguments of the kernel; the array has so many numbers.
-                timed(&queue, || unsafe { queue.launch(&stream, &of, [numbers, 1], Some(256), 0) })
+                timed(&queue, || unsafe { queue.launch(&stream, &of, numbers / GROUP, GROUP, 0) })
                     .map(|time| 16.0 * numbers as f64 / time),
                 // SAFETY: the arguments of the kernel; the array has a number for each item.
                 timed(&queue, || unsafe {
                     let of = [Argument::Array(&array), Argument::Int(ROUNDS)];
-                    queue.launch(&chains, &of, [CHAINS.min(numbers), 1], Some(256), 0)
+                    queue.launch(&chains, &of, CHAINS.min(numbers) / GROUP, GROUP, 0)
                 })
                 .map(|time| 16.0 * f64::from(ROUNDS) * CHAINS.min(numbers) as f64 / time),
             ];
@@ -178,24 +197,21 @@ impl Device {
     pub(crate) fn compile(&self, source: &str, options: &str) -> Result<Arc<Kernels>> {
         static COMPILED: Mutex<Vec<(usize, String, Arc<Kernels>)>> = Mutex::new(Vec::new());
         let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
-        let (key, with) = (self.id.id() as usize, format!("{options}\n{source}"));
-        if let Some((.., kernels)) = compiled.iter().find(|(id, of, _)| *id == key && *of == with) {
+        let with = format!("{options}\n{source}");
+        if let Some((.., kernels)) =
+            compiled.iter().find(|(number, of, _)| *number == self.number && *of == with)
+        {
             return Ok(kernels.clone());
         }
-        // The same bits as the processor's: divisions as IEEE 754 says, nothing relaxed.
-        let options_of_all = format!("-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt {options}");
-        let context =
-            Context::from_device(&self.id).map_err(|error| self.failed("make a context on", &error))?;
-        let program =
-            Program::create_and_build_from_source(&context, source, &options_of_all).map_err(|log| {
-                let path = std::env::temp_dir().join(format!("turbid-kernels-{}.log", std::process::id()));
-                let kept = std::fs::write(&path, &log)
-                    .map_or_else(|_| String::new(), |()| format!("; log: {}", path.display()));
-                let first = log.lines().find(|line| line.contains("error")).unwrap_or("no message");
-                Error::Input(format!("the compiler of {} refused the kernels: {first}{kept}", self.info.name))
-            })?;
-        let kernels = Arc::new(Kernels { context, program });
-        compiled.push((key, with, kernels.clone()));
+        let program = self.driver.compile(source, options).map_err(|log| {
+            let path = std::env::temp_dir().join(format!("turbid-kernels-{}.log", std::process::id()));
+            let kept = std::fs::write(&path, &log)
+                .map_or_else(|_| String::new(), |()| format!("; log: {}", path.display()));
+            let first = log.lines().find(|line| line.contains("error")).unwrap_or("no message");
+            Error::Input(format!("the compiler of {} refused the kernels: {first}{kept}", self.info.name))
+        })?;
+        let kernels = Arc::new(Kernels(program));
+        compiled.push((self.number, with, kernels.clone()));
         Ok(kernels)
     }
 
@@ -203,20 +219,12 @@ impl Device {
     ///
     /// # Errors
     /// [`Error::Input`] if the driver gives none.
-    pub(crate) fn queue(&self, kernels: &Arc<Kernels>) -> Result<Queue> {
-        // SAFETY: context and device are valid; no host memory is involved.
-        let queue = unsafe { CommandQueue::create_with_properties(&kernels.context, self.id.id(), 0, 0) };
-        let queue = queue.map_err(|error| self.failed("make a queue on", &error))?;
-        Ok(Queue {
-            commands: queue,
-            kernels: kernels.clone(),
-            device: self.clone(),
-            costs: RefCell::new(None),
-        })
-    }
-
-    fn failed(&self, what: &str, error: &ClError) -> Error {
-        Error::Input(format!("cannot {what} {}: {error}", self.info.name))
+    pub(crate) fn queue(&self, kernels: &Kernels) -> Result<Queue> {
+        let commands =
+            kernels.0.clone().commands().map_err(|error| {
+                Error::Input(format!("cannot make a queue on {}: {error}", self.info.name))
+            })?;
+        Ok(Queue { commands, device: self.clone(), costs: RefCell::new(None) })
     }
 }
 
@@ -233,15 +241,12 @@ fn timed(
 }
 
 /// Compiled kernels.
-pub(crate) struct Kernels {
-    context: Context,
-    program: Program,
-}
+pub(crate) struct Kernels(Arc<dyn Program>);
 
 impl Kernels {
     /// A kernel, whose arguments belong to the caller alone.
     pub(crate) fn kernel(&self, name: &'static str) -> NamedKernel {
-        NamedKernel { kernel: Kernel::create(&self.program, name).expect("a kernel of the source"), name }
+        NamedKernel { kernel: self.0.kernel(name).expect("a kernel of the source"), name }
     }
 }
 
@@ -253,7 +258,7 @@ pub(crate) struct NamedKernel {
 
 /// An array of bytes on a device.
 pub(crate) struct Array {
-    buffer: Buffer<u8>,
+    memory: Memory,
     bytes: usize,
 }
 
@@ -267,12 +272,6 @@ impl fmt::Display for Failed {
     }
 }
 
-impl From<ClError> for Failed {
-    fn from(error: ClError) -> Self {
-        Self(error.to_string())
-    }
-}
-
 /// An argument of a kernel.
 pub(crate) enum Argument<'a> {
     Array(&'a Array),
@@ -283,8 +282,7 @@ pub(crate) enum Argument<'a> {
 
 /// Work on a device, done in the order in which it is given.
 pub(crate) struct Queue {
-    commands: CommandQueue,
-    pub(crate) kernels: Arc<Kernels>,
+    commands: Box<dyn Commands>,
     device: Device,
     /// By kernel, while they are timed.
     costs: RefCell<Option<Vec<KernelCost>>>,
@@ -311,13 +309,10 @@ impl Queue {
         if size as u64 > info.largest {
             return Err(refused());
         }
-        // SAFETY: no host memory is involved.
-        let buffer = unsafe {
-            Buffer::<u8>::create(&self.kernels.context, CL_MEM_READ_WRITE, size, std::ptr::null_mut())
-        };
-        let mut array = Array { buffer: buffer.map_err(|_| refused())?, bytes: size };
+        let memory = self.commands.allocate(size).map_err(|_| refused())?;
+        let mut array = Array { memory, bytes: size };
         self.clear(&mut array, size).map_err(|_| refused())?;
-        self.commands.finish().map_err(|_| refused())?;
+        self.finish().map_err(|_| refused())?;
         Ok(array)
     }
 
@@ -325,10 +320,7 @@ impl Queue {
     pub(crate) fn reserve(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
         if array.bytes < bytes {
             let size = bytes + bytes / 4;
-            // SAFETY: no host memory is involved.
-            array.buffer = unsafe {
-                Buffer::<u8>::create(&self.kernels.context, CL_MEM_READ_WRITE, size, std::ptr::null_mut())
-            }?;
+            array.memory = self.commands.allocate(size)?;
             array.bytes = size;
         }
         Ok(())
@@ -336,11 +328,9 @@ impl Queue {
 
     /// Zeros in the first bytes, a multiple of 8.
     pub(crate) fn clear(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
+        let bytes = bytes.min(array.bytes);
         // SAFETY: the array has so many bytes.
-        unsafe {
-            self.commands.enqueue_fill_buffer(&mut array.buffer, &[0_u8], 0, bytes.min(array.bytes), &[])
-        }?;
-        Ok(())
+        unsafe { self.commands.clear(&mut array.memory, bytes) }
     }
 
     /// Writes numbers to the start of an array, which grows if need be.
@@ -352,8 +342,8 @@ impl Queue {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         self.reserve(array, bytes.len())?;
         if !bytes.is_empty() {
-            // SAFETY: the array has room, and the call returns when the bytes have been read.
-            unsafe { self.commands.enqueue_write_buffer(&mut array.buffer, CL_TRUE, 0, bytes, &[]) }?;
+            // SAFETY: the array has room.
+            unsafe { self.commands.write(&mut array.memory, bytes) }?;
         }
         Ok(())
     }
@@ -367,8 +357,8 @@ impl Queue {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(values);
         assert!(bytes.len() <= array.bytes);
         if !bytes.is_empty() {
-            // SAFETY: the array has so many bytes, and the call returns when they have been written.
-            unsafe { self.commands.enqueue_read_buffer(&array.buffer, CL_TRUE, 0, bytes, &[]) }?;
+            // SAFETY: the array has so many bytes.
+            unsafe { self.commands.read(&array.memory, bytes) }?;
         }
         Ok(())
     }
@@ -378,8 +368,7 @@ impl Queue {
         self.costs.replace(from_now_on.then(Vec::new)).unwrap_or_default()
     }
 
-    /// Gives a kernel to the device: `items` in both directions, in work-groups of `group` or of any size. By count it reads and writes
-    /// `bytes`.
+    /// Gives a kernel to the device, with so many work-groups of `group` items. By count it reads and writes `bytes`.
     ///
     /// # Safety
     /// The arguments are those of the kernel, and with them it stays within its arrays.
@@ -387,30 +376,12 @@ impl Queue {
         &self,
         of: &NamedKernel,
         arguments: &[Argument],
-        items: [usize; 2],
-        group: Option<usize>,
+        groups: usize,
+        group: usize,
         bytes: usize,
     ) -> std::result::Result<(), Failed> {
-        let kernel = &of.kernel;
-        for (at, argument) in (0..).zip(arguments) {
-            // SAFETY: promised by the caller.
-            unsafe {
-                match argument {
-                    Argument::Array(array) => kernel.set_arg(at, &array.buffer.get()),
-                    Argument::Int(n) => kernel.set_arg(at, n),
-                    Argument::Long(n) => kernel.set_arg(at, n),
-                    Argument::Ints(n) => kernel.set_arg(at, n),
-                }
-            }?;
-        }
-        let group = group.map(|n| [n, 1]);
-        let group = group.as_ref().map_or(std::ptr::null(), |group| group.as_ptr());
-        // SAFETY: as above; sizes have as many numbers as there are directions.
-        let enqueue = || unsafe {
-            let (kernel, items) = (kernel.get(), items.as_ptr());
-            self.commands.enqueue_nd_range_kernel(kernel, 2, std::ptr::null(), items, group, &[])?;
-            Ok(())
-        };
+        // SAFETY: promised by the caller.
+        let enqueue = || unsafe { self.commands.launch(&of.kernel, arguments, groups, group) };
         let mut costs = self.costs.borrow_mut();
         let Some(costs) = &mut *costs else { return enqueue() };
         let seconds = timed(self, enqueue)?;
@@ -436,14 +407,13 @@ impl Queue {
         bytes_each: usize,
     ) -> std::result::Result<(), Failed> {
         const GROUP: usize = 64;
-        let (items, bytes) = ([count.next_multiple_of(GROUP), 1], count * bytes_each);
         // SAFETY: promised by the caller.
-        unsafe { self.launch(kernel, arguments, items, Some(GROUP), bytes) }
+        unsafe { self.launch(kernel, arguments, count.div_ceil(GROUP), GROUP, count * bytes_each) }
     }
 
     /// Waits for all that was given.
     pub(crate) fn finish(&self) -> std::result::Result<(), Failed> {
-        Ok(self.commands.finish()?)
+        self.commands.finish()
     }
 
     /// The device.

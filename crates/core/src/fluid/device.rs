@@ -26,6 +26,8 @@ const KERNELS: &str = include_str!("device/kernels.cl");
 /// Cells that a work-group sweeps, as in the kernels.
 const TILE: [usize; 3] = [32, 4, 2];
 const ITEMS: usize = TILE[0] * TILE[1] * TILE[2];
+/// Rows that a work-group finds the ends of.
+const SPANS_GROUP: usize = 64;
 /// Words that a tile writes of the flow, and those of the sum, as in the kernels.
 const TILE_WORDS: usize = 8;
 const FLOW_WORDS: usize = 13;
@@ -388,12 +390,22 @@ impl<S: Population> DeviceFluid<S> {
         queue.reserve(&mut self.received, size_of_val(received))?;
         queue.clear(&mut self.received, size_of_val(received).max(8))?;
         if images.count() > 0 {
-            let arguments = [ints, numbers, planes, mapped, spans, lengths, velocities]
-                .map(|array| Argument::Array(array));
+            let (count, most) = (images.count(), images.most_rows);
+            let arguments = [
+                Argument::Int(count as i32),
+                Argument::Int(most as i32),
+                Argument::Array(ints),
+                Argument::Array(numbers),
+                Argument::Array(planes),
+                Argument::Array(mapped),
+                Argument::Array(spans),
+                Argument::Array(lengths),
+                Argument::Array(velocities),
+            ];
             // SAFETY: the arguments of the kernel; arrays have room for all images and rows.
             unsafe {
-                let items = [images.most_rows, images.count()];
-                queue.launch(&self.kernels.spans, &arguments, items, None, of_rows)?;
+                let groups = (count * most).div_ceil(SPANS_GROUP);
+                queue.launch(&self.kernels.spans, &arguments, groups, SPANS_GROUP, of_rows)?;
             }
         }
         let int = |n: usize| n as i32;
@@ -433,14 +445,14 @@ impl<S: Population> DeviceFluid<S> {
             self.size.iter().product::<usize>() * of_cell + of_rows + of_tiles + size_of_val(received);
         // SAFETY: the arguments of the kernel; slots of cells of the block are within the populations (tested in `layout`), and lists of
         // tiles, images and rows within their arrays.
-        unsafe { queue.launch(&self.kernels.sweep, &arguments, [tiles * ITEMS, 1], Some(ITEMS), bytes)? };
+        unsafe { queue.launch(&self.kernels.sweep, &arguments, tiles, ITEMS, bytes)? };
         if let Some(flow) = flow {
             let arguments =
                 [Argument::Array(&self.flows), Argument::Int(tiles as i32), Argument::Array(&self.total)];
             // SAFETY: the arguments of the kernel; there is a flow of each tile.
             unsafe {
                 let bytes = tiles * TILE_WORDS * 8;
-                queue.launch(&self.kernels.flow_total, &arguments, [ITEMS, 1], Some(ITEMS), bytes)?;
+                queue.launch(&self.kernels.flow_total, &arguments, 1, ITEMS, bytes)?;
             }
             let mut words = [0_i64; FLOW_WORDS];
             queue.read(&self.total, &mut words)?;

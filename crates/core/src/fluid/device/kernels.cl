@@ -1,13 +1,19 @@
-// The sweep of the fluid on a device, to the bits of `sweep_row`: OpenCL C 1.2 with 64-bit atomics and double precision.
+// The sweep of the fluid on a device, to the bits of `sweep_row`: OpenCL C 1.2 with 64-bit atomics and double precision; CUDA C++ after
+// `crate::device`'s `cuda.h`.
 //
 // Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), and
 // OPERATOR (0: homogenised cells; 1 to 3: that of partially saturated cells). Products and sums are never contracted; `fma` stands where
 // the processor's kernels have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`,
 // `volume_fraction.rs`, `coupling/homogenised.rs`.
 
+#ifdef __OPENCL_VERSION__
 #pragma OPENCL FP_CONTRACT OFF
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
 #pragma OPENCL EXTENSION cl_khr_int64_base_atomics : enable
+// An array that the items of a work-group share, and the number of items of one.
+#define SHARED __local
+#define WORK_GROUP(items) __attribute__((reqd_work_group_size(items, 1, 1)))
+#endif
 
 #define Q 19
 #define TX 32
@@ -230,13 +236,16 @@ int last_within(double high, double centre) {
     return (int)as_long(below - ROUND > high ? below - 1.0 : below);
 }
 
-// Item (row, image): the cells of the row that may be covered, and what its fractions and velocities need.
-__kernel void spans(__global const int* images, __global const double* numbers, __global const double* planes, __global const int* mapped,
+// Item (row, image), with the `most` rows that an image has: the cells of the row that may be covered, and what its fractions and velocities
+// need.
+__kernel void spans(const int count, const int most, __global const int* images, __global const double* numbers, __global const double* planes, __global const int* mapped,
                     __global int* spans, __global float* lengths, __global REAL* velocities) {
-    __global const int* image = images + INTS * get_global_id(1);
-    __global const double* n = numbers + NUMBERS * get_global_id(1);
+    size_t index = get_global_id(0) / most;
+    if (index >= (size_t)count) return;
+    __global const int* image = images + INTS * index;
+    __global const double* n = numbers + NUMBERS * index;
     int rows_y = image[Y_HIGH] - image[Y_LOW] + 1, rows_z = image[Z_HIGH] - image[Z_LOW] + 1;
-    int at = (int)get_global_id(0);
+    int at = (int)(get_global_id(0) % most);
     if (at >= rows_y * rows_z) return;
     int ny = image[Y_LOW] + at % rows_y, nz = image[Z_LOW] + at / rows_y;
     double y = (double)ny - n[CENTRE + 1], z = (double)nz - n[CENTRE + 2];
@@ -419,13 +428,13 @@ void add_up(__local long* columns, int count, int item) {
 // A work-group for each tile. `sizes`: cells, pitch, rows of a plane with ghosts; `box`: cells of the box, first cell of the block;
 // `relaxation`: factors of the even and the odd part, acceleration, t = tau - 1/2. `walls`, if any: 1 for cells in walls, 2 for those not
 // swept. `received`: of each body, force and moment of what it receives, and of what is taken off in the next step.
-__kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
+__kernel WORK_GROUP(TILE) void sweep(
     __global Stored* g, __global const ulong* slots, const int4 sizes, const int rows, const int4 box, const int4 corner,
     __global const REAL* relaxation, const int has_walls, __global const uchar* walls, __global const uint* tile_start,
     __global const int* tile_images, __global const int* images, __global const double* numbers, __global const float* faces,
     __global const float* cut, __global const int* spans, __global const float* lengths, __global const REAL* velocities,
     __global long* received, const int measure, __global long* flows) {
-    __local long columns[12 * TILE];
+    SHARED long columns[12 * TILE];
     int item = (int)get_local_id(0);
     int tile = (int)get_group_id(0);
     int tiles_x = (sizes.x + TX - 1) / TX, tiles_y = (sizes.y + TY - 1) / TY;
@@ -648,8 +657,8 @@ __kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void sweep(
 
 // Adds up the flows of all tiles: the words `n & 0xffffffffff` and `n >> 40` of each sum, the largest square of a speed, the first cell that
 // is too fast, and its speed.
-__kernel __attribute__((reqd_work_group_size(TILE, 1, 1))) void flow_total(__global const long* flows, const int tiles, __global long* total) {
-    __local long columns[13 * TILE];
+__kernel WORK_GROUP(TILE) void flow_total(__global const long* flows, const int tiles, __global long* total) {
+    SHARED long columns[13 * TILE];
     int item = (int)get_local_id(0);
     long words[10];
     for (int j = 0; j < 10; j++) words[j] = 0;

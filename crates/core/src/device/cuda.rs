@@ -1,0 +1,205 @@
+//! The driver CUDA, with the same kernels, for GPUs of NVIDIA that OpenCL does not list. NVRTC compiles them while the program runs.
+
+use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use cudarc::driver::{
+    CudaContext, CudaModule, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg,
+};
+use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
+use std::sync::Arc;
+
+/// What the kernels use of OpenCL C.
+const PRELUDE: &str = include_str!("cuda.h");
+
+impl From<DriverError> for Failed {
+    fn from(error: DriverError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// All GPUs of NVIDIA; none without the driver.
+pub(super) fn devices() -> Vec<Arc<dyn Driver>> {
+    // SAFETY: the library of the driver may be loaded at any time.
+    if !unsafe { cudarc::driver::sys::is_culib_present() } {
+        return Vec::new();
+    }
+    let count = CudaContext::device_count().unwrap_or(0);
+    (0..count as usize)
+        .filter_map(|number| CudaContext::new(number).ok())
+        .map(|context| Arc::new(Cuda(context)) as Arc<dyn Driver>)
+        .collect()
+}
+
+/// Whether there is a compiler.
+pub(super) fn has_compiler() -> bool {
+    // SAFETY: the library of the compiler may be loaded at any time.
+    unsafe { cudarc::nvrtc::sys::is_culib_present() }
+}
+
+/// Compiles kernels for a compute capability, such as "sm_90", to the bits of the processor's: nothing contracted or relaxed.
+///
+/// # Errors
+/// The log of the compiler.
+pub(super) fn compile(source: &str, options: &str, capability: &str) -> Result<Ptx, String> {
+    let more = ["--device-as-default-execution-space".to_owned(), format!("--gpu-architecture={capability}")];
+    let options = CompileOptions {
+        ftz: Some(false),
+        prec_sqrt: Some(true),
+        prec_div: Some(true),
+        fmad: Some(false),
+        options: options.split_whitespace().map(str::to_owned).chain(more).collect(),
+        ..CompileOptions::default()
+    };
+    compile_ptx_with_opts(format!("{PRELUDE}{source}"), options).map_err(|error| match error {
+        CompileError::CompileError { log, .. } => log.to_string_lossy().into_owned(),
+        error => format!("error: {error}"),
+    })
+}
+
+/// A GPU.
+struct Cuda(Arc<CudaContext>);
+
+impl Driver for Cuda {
+    fn info(&self) -> DeviceInfo {
+        let Self(context) = self;
+        let (major, minor) = context.compute_capability().unwrap_or_default();
+        let memory = context.total_mem().unwrap_or(0) as u64;
+        let refused = if !has_compiler() {
+            Some("the compiler NVRTC (libnvrtc) is not here".to_owned())
+        } else if major < 6 {
+            Some("its compute capability is below 6.0".to_owned())
+        } else {
+            None
+        };
+        DeviceInfo {
+            name: context.name().unwrap_or_default(),
+            driver: format!("CUDA, compute capability {major}.{minor}"),
+            memory,
+            largest: memory,
+            is_processor: false,
+            refused,
+        }
+    }
+
+    fn compile(&self, source: &str, options: &str) -> Result<Arc<dyn Program>, String> {
+        let Self(context) = self;
+        let failed = |error: DriverError| format!("error: {error}");
+        let (major, minor) = context.compute_capability().map_err(failed)?;
+        let code = compile(source, options, &format!("sm_{major}{minor}"))?;
+        Ok(Arc::new(Compiled {
+            context: context.clone(),
+            module: context.load_module(code).map_err(failed)?,
+        }))
+    }
+}
+
+/// Kernels on a GPU.
+struct Compiled {
+    context: Arc<CudaContext>,
+    module: Arc<CudaModule>,
+}
+
+impl Program for Compiled {
+    fn kernel(&self, name: &str) -> Result<Kernel, Failed> {
+        Ok(Kernel::Cuda(self.module.load_function(name)?))
+    }
+
+    fn commands(self: Arc<Self>) -> Result<Box<dyn Commands>, Failed> {
+        // SAFETY: each array is used in the stream in which it was made, and in no other.
+        unsafe { self.context.disable_event_tracking() };
+        Ok(Box::new(InOrder(self.context.new_stream()?)))
+    }
+}
+
+/// A stream.
+struct InOrder(Arc<CudaStream>);
+
+/// The array of this driver.
+fn slice(memory: &Memory) -> &CudaSlice<u8> {
+    let Memory::Cuda(slice) = memory else { unreachable!("an array of another driver") };
+    slice
+}
+
+fn slice_mut(memory: &mut Memory) -> &mut CudaSlice<u8> {
+    let Memory::Cuda(slice) = memory else { unreachable!("an array of another driver") };
+    slice
+}
+
+impl Commands for InOrder {
+    fn allocate(&self, bytes: usize) -> Result<Memory, Failed> {
+        // SAFETY: what is in it is no more than bytes.
+        Ok(Memory::Cuda(unsafe { self.0.alloc::<u8>(bytes) }?))
+    }
+
+    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Result<(), Failed> {
+        Ok(self.0.memset_zeros(&mut slice_mut(memory).slice_mut(..bytes))?)
+    }
+
+    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Result<(), Failed> {
+        self.0.memcpy_htod(bytes, &mut slice_mut(memory).slice_mut(..bytes.len()))?;
+        self.finish()
+    }
+
+    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Result<(), Failed> {
+        let count = bytes.len();
+        self.0.memcpy_dtoh(&slice(memory).slice(..count), bytes)?;
+        self.finish()
+    }
+
+    unsafe fn launch(
+        &self,
+        kernel: &Kernel,
+        arguments: &[Argument],
+        groups: usize,
+        group: usize,
+    ) -> Result<(), Failed> {
+        let Kernel::Cuda(function) = kernel else { unreachable!("a kernel of another driver") };
+        let mut launch = self.0.launch_builder(function);
+        for argument in arguments {
+            match argument {
+                Argument::Array(array) => launch.arg(slice(&array.memory)),
+                Argument::Int(n) => launch.arg(n),
+                Argument::Long(n) => launch.arg(n),
+                Argument::Ints(n) => launch.arg(n),
+            };
+        }
+        let blocks = u32::try_from(groups).map_err(|_| Failed("too many work-groups for CUDA".to_owned()))?;
+        let (grid_dim, block_dim) = ((blocks, 1, 1), (group as u32, 1, 1));
+        // SAFETY: promised by the caller.
+        unsafe { launch.launch(LaunchConfig { grid_dim, block_dim, shared_mem_bytes: 0 }) }?;
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<(), Failed> {
+        Ok(self.0.synchronize()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without NVRTC nothing is compiled, unless `TURBID_NEEDS_NVRTC` is set.
+    #[test]
+    fn the_code_for_gpus_of_nvidia_has_no_fused_product_and_sum_that_the_kernels_do_not_have() {
+        let needs = std::env::var_os("TURBID_NEEDS_NVRTC").is_some();
+        assert!(has_compiler() || !needs, "no NVRTC");
+        if !has_compiler() {
+            return;
+        }
+        let kernels = include_str!("../fluid/device/kernels.cl");
+        let fused = |source: &str, options: &str| {
+            let code = compile(source, options, "sm_80").unwrap().to_src();
+            assert!(code.contains(".entry sweep"));
+            code.matches("fma.rn").count() + code.matches("mad.rn.f").count()
+        };
+        let plain = format!("#define fma(a, b, c) ((a) * (b) + (c))\n{kernels}");
+        for precision in ["-DREAL=float", "-DREAL=double", "-DREAL=float -DF16"] {
+            for operator in 0..4 {
+                let options = format!("{precision} -DPAIRS=1 -DOPERATOR={operator}");
+                assert_eq!(fused(&plain, &options), 0, "{options}");
+            }
+        }
+        // The count finds those that they have.
+        assert!(fused(kernels, "-DREAL=float -DPAIRS=1 -DOPERATOR=3") > 0);
+    }
+}

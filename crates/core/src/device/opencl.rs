@@ -1,0 +1,161 @@
+//! The driver OpenCL.
+
+use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use opencl3::command_queue::CommandQueue;
+use opencl3::context::Context;
+use opencl3::device::{
+    CL_DEVICE_TYPE_ALL, CL_DEVICE_TYPE_CPU, CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT, Device as Id,
+    get_all_devices,
+};
+use opencl3::error_codes::ClError;
+use opencl3::memory::{Buffer, CL_MEM_READ_WRITE, ClMem};
+use opencl3::types::CL_TRUE;
+use std::sync::Arc;
+
+impl From<ClError> for Failed {
+    fn from(error: ClError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// All devices of all drivers.
+pub(super) fn devices() -> Vec<Arc<dyn Driver>> {
+    // An error if there is no driver, or if it lists no device.
+    let ids = get_all_devices(CL_DEVICE_TYPE_ALL).unwrap_or_default();
+    ids.into_iter().map(|id| Arc::new(OpenCl(Id::new(id))) as Arc<dyn Driver>).collect()
+}
+
+/// A device.
+struct OpenCl(Id);
+
+impl Driver for OpenCl {
+    fn info(&self) -> DeviceInfo {
+        let Self(id) = self;
+        let text = |text: std::result::Result<String, ClError>| text.unwrap_or_default().trim().to_owned();
+        let extensions = text(id.extensions());
+        let missing = |what: &str| Some(format!("it {what}"));
+        let refused = if !extensions.contains("cl_khr_fp64") {
+            missing("has no double precision")
+        } else if !extensions.contains("cl_khr_int64_base_atomics") {
+            missing("cannot add up 64-bit integers in memory (cl_khr_int64_base_atomics)")
+        } else if id.single_fp_config().unwrap_or(0) & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT == 0 {
+            missing("does not round divisions as IEEE 754 says")
+        } else if id.max_work_group_size().unwrap_or(0) < 256 || id.local_mem_size().unwrap_or(0) < 32_768 {
+            missing("has work-groups of fewer than 256 items, or less than 32 kB of memory for each")
+        } else if !id.compiler_available().unwrap_or(false) || !id.available().unwrap_or(false) {
+            missing("is not available")
+        } else {
+            None
+        };
+        DeviceInfo {
+            name: text(id.name()),
+            driver: format!("{}, {}", text(id.version()), text(id.driver_version())),
+            memory: id.global_mem_size().unwrap_or(0),
+            largest: id.max_mem_alloc_size().unwrap_or(0),
+            is_processor: id.dev_type().is_ok_and(|kind| kind & CL_DEVICE_TYPE_CPU != 0),
+            refused,
+        }
+    }
+
+    fn compile(&self, source: &str, options: &str) -> Result<Arc<dyn Program>, String> {
+        // The same bits as the processor's: divisions as IEEE 754 says, nothing relaxed.
+        let options = format!("-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt {options}");
+        let context = Context::from_device(&self.0).map_err(|error| format!("error: no context: {error}"))?;
+        let program = opencl3::program::Program::create_and_build_from_source(&context, source, &options)?;
+        Ok(Arc::new(Compiled { context, program, device: Id::new(self.0.id()) }))
+    }
+}
+
+/// Kernels in the context of a device.
+struct Compiled {
+    context: Context,
+    program: opencl3::program::Program,
+    device: Id,
+}
+
+impl Program for Compiled {
+    fn kernel(&self, name: &str) -> Result<Kernel, Failed> {
+        Ok(Kernel::OpenCl(opencl3::kernel::Kernel::create(&self.program, name)?))
+    }
+
+    fn commands(self: Arc<Self>) -> Result<Box<dyn Commands>, Failed> {
+        // SAFETY: context and device are valid; no host memory is involved.
+        let queue = unsafe { CommandQueue::create_with_properties(&self.context, self.device.id(), 0, 0) }?;
+        Ok(Box::new(InOrder { queue, compiled: self }))
+    }
+}
+
+/// A queue.
+struct InOrder {
+    queue: CommandQueue,
+    compiled: Arc<Compiled>,
+}
+
+/// The array of this driver.
+fn buffer(memory: &Memory) -> &Buffer<u8> {
+    let Memory::OpenCl(buffer) = memory else { unreachable!("an array of another driver") };
+    buffer
+}
+
+fn buffer_mut(memory: &mut Memory) -> &mut Buffer<u8> {
+    let Memory::OpenCl(buffer) = memory else { unreachable!("an array of another driver") };
+    buffer
+}
+
+impl Commands for InOrder {
+    fn allocate(&self, bytes: usize) -> Result<Memory, Failed> {
+        let context = &self.compiled.context;
+        // SAFETY: no host memory is involved.
+        let buffer = unsafe { Buffer::<u8>::create(context, CL_MEM_READ_WRITE, bytes, std::ptr::null_mut()) };
+        Ok(Memory::OpenCl(buffer?))
+    }
+
+    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Result<(), Failed> {
+        // SAFETY: promised by the caller.
+        unsafe { self.queue.enqueue_fill_buffer(buffer_mut(memory), &[0_u8], 0, bytes, &[]) }?;
+        Ok(())
+    }
+
+    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Result<(), Failed> {
+        // SAFETY: promised by the caller; the call returns when the bytes have been read.
+        unsafe { self.queue.enqueue_write_buffer(buffer_mut(memory), CL_TRUE, 0, bytes, &[]) }?;
+        Ok(())
+    }
+
+    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Result<(), Failed> {
+        // SAFETY: promised by the caller; the call returns when the bytes have been written.
+        unsafe { self.queue.enqueue_read_buffer(buffer(memory), CL_TRUE, 0, bytes, &[]) }?;
+        Ok(())
+    }
+
+    unsafe fn launch(
+        &self,
+        kernel: &Kernel,
+        arguments: &[Argument],
+        groups: usize,
+        group: usize,
+    ) -> Result<(), Failed> {
+        let Kernel::OpenCl(kernel) = kernel else { unreachable!("a kernel of another driver") };
+        for (at, argument) in (0..).zip(arguments) {
+            // SAFETY: promised by the caller.
+            unsafe {
+                match argument {
+                    Argument::Array(array) => kernel.set_arg(at, &buffer(&array.memory).get()),
+                    Argument::Int(n) => kernel.set_arg(at, n),
+                    Argument::Long(n) => kernel.set_arg(at, n),
+                    Argument::Ints(n) => kernel.set_arg(at, n),
+                }
+            }?;
+        }
+        let (items, none) = (groups * group, std::ptr::null());
+        // SAFETY: as above; there is one direction.
+        unsafe {
+            self.queue.enqueue_nd_range_kernel(kernel.get(), 1, none, &raw const items, &raw const group, &[])
+        }?;
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<(), Failed> {
+        Ok(self.queue.finish()?)
+    }
+}
