@@ -103,9 +103,9 @@ impl Record {
 
     /// Returns whether the averages of a run are those of a steady state: the transient of its settling velocity ends before
     /// they begin, or makes a difference of at most [`NOISE`] standard errors. No if no end of the transient was found, as in a series too
-    /// short to tell; none for runs without a settling velocity.
+    /// short to tell; none for runs without a settling velocity, or in which nothing settles.
     pub fn is_settled(&self) -> Option<bool> {
-        let mean = self.value("settling_velocity_over_stokes")?;
+        let mean = self.value("settling_velocity_over_stokes").filter(|mean| *mean != 0.0)?;
         let settled = self.value("transient_end").zip(self.value("settled_mean"));
         Some(settled.is_some_and(|(end, settled)| {
             let error = self.value("settled_standard_error").unwrap_or(0.0);
@@ -123,8 +123,13 @@ impl Record {
     ) -> Result<Self> {
         let mut record = Self::new(directory, &summary["version"], summary);
         record.averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
-        if let Some(velocity) = record.quantities.get_mut("settling_velocity_over_stokes") {
-            velocity.error = summary["standard_error"].as_f64();
+        for (name, error) in [
+            ("settling_velocity_over_stokes", "standard_error"),
+            ("relative_viscosity", "relative_viscosity_standard_error"),
+        ] {
+            if let Some(quantity) = record.quantities.get_mut(name) {
+                quantity.error = summary[error].as_f64();
+            }
         }
         for (name, value) in numbers(&summary["scales"]) {
             record.put(name, value);
@@ -248,6 +253,7 @@ mod tests {
         let endless = record(&[("settling_velocity_over_stokes", 0.3)]);
         assert_eq!(endless.is_settled(), Some(false));
         assert_eq!(record(&[("mlups", 100.0)]).is_settled(), None);
+        assert_eq!(of(0.0, 31.0).is_settled(), None, "nothing settles in a shear flow without gravity");
     }
 
     #[test]
