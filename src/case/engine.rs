@@ -66,6 +66,15 @@ fn process(document: &Document, section: &ProcessSection, folder: &Path) -> Resu
     refuse_motion(document, "a program")?;
     refuse_lubrication(document, "a program")?;
     let command = section.command.join(" ");
+    if section.command.is_empty() {
+        let title = "`dem.engine.command` is empty";
+        return Err(document.error(
+            "dem.engine.command",
+            title,
+            "no program",
+            "name one, e.g. [\"python3\", \"my_dem.py\"]",
+        ));
+    }
     let title = format!("`dem.engine` starts the program `{command}`, which has not been allowed");
     let remedy = "a case may come from anybody, and a program can do whatever you can: look at it, then give --allow-engine";
     let folder = folder.join(&section.folder);

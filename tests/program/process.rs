@@ -127,7 +127,11 @@ fn a_message_that_breaks_the_protocol_is_an_error_that_names_the_program_the_mes
         ("HELLO: lambda: greet(version=2)", 2, &["message `hello`", "field `version` is 2"][..]),
         ("HELLO: lambda: greet(magic=b'other   ')", 2, &["message `hello`", "field `magic`"]),
         ("HELLO: lambda: greet(shapes=3)", 2, &["message `hello`", "JSON"]),
-        ("HELLO: lambda: greet(shapes=['polyhedron'])", 2, &["a particle that is a sphere", "odd 1"]),
+        (
+            "HELLO: lambda: greet(shapes=['polyhedron'])",
+            2,
+            &["a particle that is a sphere", "has polyhedron"],
+        ),
         ("HELLO: lambda: send(READY)", 2, &["answered `hello` with the message `ready`"]),
         ("HELLO: lambda: send(99)", 2, &["field `kind` of a message is 99"]),
         ("SET_UP: lambda: send(ERROR, b'I cannot')", 2, &["refuses the set-up: I cannot"]),
@@ -196,4 +200,49 @@ fn a_program_that_is_stopped_or_killed_ends_the_run_in_time_with_its_files_intac
         // SAFETY: asks whether the process is there.
         assert_ne!(unsafe { libc::kill(engine, 0) }, 0, "the engine lives on");
     }
+}
+
+/// A folder with an engine of `ffi/engines` and its case, which has this many steps.
+fn of_engine(name: &str, steps: u64) -> Place {
+    let read = |file: &str| fs::read_to_string(in_tree("ffi/engines").join(file)).unwrap();
+    let place = Place::empty();
+    fs::create_dir(place.path(name)).unwrap();
+    place.write("protocol.py", read("protocol.py"));
+    place.write(&format!("{name}/engine.py"), read(&format!("{name}/engine.py")));
+    let case = read(&format!("{name}/settling.toml")).replace(&format!("out/{name}_engine"), "out");
+    place.write(&format!("{name}/case.toml"), case.replace("steps = 400", &format!("steps = {steps}")));
+    place
+}
+
+/// Passes without doing anything where LAMMPS is not installed; `test.sh` installs it.
+#[test]
+fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes() {
+    let installed = fs::read_dir("/usr/lib").unwrap().flatten();
+    if !installed.map(|folder| folder.path().join("liblammps.so.0")).any(|library| library.exists()) {
+        return;
+    }
+    let run = ["run", "lammps/case.toml", "--allow-engine", "--quiet"];
+    let outcome = |steps: u64, more: &[&str]| {
+        let place = of_engine("lammps", steps);
+        place.well(&[&run[..], more].concat());
+        (column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)"), place)
+    };
+    let hash = |place: &Place| place.summary("out")["state_hash"].clone();
+    let (native, _) = outcome(400, &["--set", "dem.engine=native"]);
+    let (lammps, whole) = outcome(400, &["--threads", "1"]);
+    assert_eq!(hash(&whole), hash(&outcome(400, &["--threads", "3"]).1), "3 threads");
+    assert_eq!(native.len(), lammps.len());
+    for (a, b) in native.iter().zip(&lammps).skip(1) {
+        assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
+    }
+    let every = [
+        "--set",
+        "output.checkpoint_every={ steps = 200 }",
+        "--set",
+        "output.contacts_every={ steps = 100 }",
+    ];
+    let (_, whole) = outcome(400, &every);
+    let (_, half) = outcome(200, &every);
+    half.well(&["resume", "out", "--allow-engine", "--threads", "2", "--set", "run.end={ steps = 400 }"]);
+    assert_eq!(hash(&whole), hash(&half), "resumed");
 }

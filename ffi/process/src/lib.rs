@@ -264,12 +264,12 @@ impl External {
                 section.filter(|section| hello.shapes.iter().any(|kind| kind == section.shape.kind()));
             let Some(section) = known else {
                 let (kind, has) = (template.shape.kind(), hello.shapes.join(", "));
-                return unsupported(format!("a particle that is a {kind}: {} has {has}", hello.name));
+                return unsupported(format!("a particle that is a {kind}: {} has {has}", self.params.label));
             };
             if !hello.orientations && !matches!(section.shape, ShapeSection::Sphere { .. }) {
                 return unsupported(format!(
                     "a particle that is no sphere: {} has no orientations",
-                    hello.name
+                    self.params.label
                 ));
             }
             templates.push(section);
