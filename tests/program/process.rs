@@ -246,3 +246,27 @@ fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes
     half.well(&["resume", "out", "--allow-engine", "--threads", "2", "--set", "run.end={ steps = 400 }"]);
     assert_eq!(hash(&whole), hash(&half), "resumed");
 }
+
+/// Passes without doing anything where YADE, which takes more than a gigabyte, is not installed.
+#[test]
+fn yade_settles_spheres_and_cubes_as_the_native_engine_does_on_any_number_of_threads() {
+    if !std::path::Path::new("/usr/lib/x86_64-linux-gnu/yade-double/py").exists() {
+        return;
+    }
+    let sphere =
+        ["--set", "particles.0.shape.sphere.diameter=1.5e-3", "--set", "particles.0.volume_fraction=0.2"];
+    for (shape, tolerance) in [(&sphere[..], 0.01), (&[], 0.02)] {
+        let outcome = |more: &[&str]| {
+            let place = of_engine("yade", 300);
+            place.well(&[&["run", "yade/case.toml", "--allow-engine", "--quiet"], shape, more].concat());
+            let settling = column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)");
+            (settling, place.summary("out")["state_hash"].clone())
+        };
+        let (native, _) = outcome(&["--set", "dem.engine=native"]);
+        let (yade, hash) = outcome(&["--threads", "1"]);
+        assert_eq!(hash, outcome(&["--threads", "3"]).1, "3 threads");
+        for (a, b) in native.iter().zip(&yade).skip(1) {
+            assert!((a / b - 1.0).abs() < tolerance, "{shape:?}: {a} {b}");
+        }
+    }
+}

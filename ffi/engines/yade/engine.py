@@ -13,8 +13,11 @@ import protocol  # noqa: E402
 os.environ["OMP_NUM_THREADS"] = "1"
 sys.path.insert(0, "/usr/lib/x86_64-linux-gnu/yade-double/py")
 from yade import *  # noqa: E402, F403
-from yade import polyhedra_utils, utils  # noqa: E402
+from yade import log, polyhedra_utils, utils  # noqa: E402
 from yade.minieigenHP import Quaternion, Vector3  # noqa: E402
+
+# It warns in every step about polyhedra that are near each other.
+log.setLevel("Polyhedra_support.cpp", log.ERROR)
 
 
 def polyhedron(template, material):
