@@ -8,6 +8,7 @@ need_cargo
 need_linker
 need_features mpi,liggghts
 need_device
+need_lammps
 cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
 cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
 

@@ -159,8 +159,7 @@ fn read_all(folder: &Path) -> bool {
     sections.is_ok() && checkpoint.planes(whole, |_, _| Ok(())).is_ok()
 }
 
-/// Messages between the program and LIGGGHTS in a process of its own.
-#[cfg(feature = "liggghts")]
+/// Messages between the program and an engine in a process of its own.
 pub(crate) fn protocol(data: &[u8]) -> bool {
-    turbid::engine::liggghts::read_messages(data)
+    turbid::engine::process::read_messages(data)
 }

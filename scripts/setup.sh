@@ -77,6 +77,11 @@ need_device() {
     any_file /etc/OpenCL/vendors/*.icd || install_packages "a driver of OpenCL" pocl-opencl-icd ocl-icd-libopencl1
 }
 
+# Tests of ffi/engines/lammps: the library alone.
+need_lammps() {
+    any_file /usr/lib/*/liblammps.so.0 || install_packages LAMMPS liblammps0
+}
+
 # What these cargo features, with commas or blanks between them, need besides Rust.
 need_features() {
     case ",$(echo "$1" | tr ' ' ',')," in

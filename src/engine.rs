@@ -1,11 +1,13 @@
-//! The engine that a case asks for, and those that this program has been built with.
+//! The engine that a case asks for, those that this program has been built with, and those that are programs of the user.
 
 pub mod commands;
 
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 #[cfg(feature = "liggghts")]
 pub use turbid_liggghts as liggghts;
+pub use turbid_process as process;
 
 /// Engine that moves the particles of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +17,8 @@ pub enum EngineChoice {
     Native,
     /// LIGGGHTS, for spheres; needs the cargo feature `liggghts`.
     Liggghts(LiggghtsOptions),
+    /// A program that speaks the engine protocol.
+    Process(ProcessOptions),
 }
 
 impl EngineChoice {
@@ -23,8 +27,22 @@ impl EngineChoice {
         match self {
             Self::Native => "native",
             Self::Liggghts(_) => "liggghts",
+            Self::Process(_) => "process",
         }
     }
+}
+
+/// A program that moves the particles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ProcessOptions {
+    /// The program and its arguments.
+    pub command: Vec<String>,
+    /// Folder in which it runs, and to which a relative path of the program refers.
+    pub folder: PathBuf,
+    /// Longest time that it may take to answer (s); ten times as long for the set-up, for saving and for resuming.
+    pub timeout: f64,
+    /// The whole message to a user who has not allowed it.
+    pub refusal: String,
 }
 
 /// Options of LIGGGHTS beyond those of every engine.
@@ -80,13 +98,20 @@ pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");
 /// Debian's packages that the cargo feature `liggghts` needs.
 pub const LIGGGHTS_PACKAGES: &str = "liggghts libliggghts-dev libopenmpi-dev libclang-dev g++";
 
-/// Refuses an engine that this program was built without.
+/// Refuses an engine that this program was built without, and a program of the case that is not `allowed`: a case may come from
+/// anybody.
 ///
 /// # Errors
-/// That of [`liggghts_is_missing`].
-pub fn refuse_if_missing(engine: &EngineChoice) -> Result<()> {
+/// That of [`liggghts_is_missing`]; [`Error::Case`].
+pub fn refuse_unusable(engine: &EngineChoice, allowed: bool) -> Result<()> {
     match engine {
         EngineChoice::Liggghts(_) if !HAS_LIGGGHTS => Err(liggghts_is_missing("`dem.engine = \"liggghts\"`")),
+        EngineChoice::Process(options) if !allowed => Err(Error::Case {
+            key: "dem.engine".to_string(),
+            what: "`dem.engine` starts a program".to_string(),
+            remedy: "--allow-engine".to_string(),
+            text: options.refusal.clone(),
+        }),
         _ => Ok(()),
     }
 }

@@ -1,15 +1,18 @@
-//! The engine that moves the particles, and whether it can: LIGGGHTS has spheres, one contact law and few walls.
+//! The engine that moves the particles, and whether it can: LIGGGHTS has spheres, one contact law and few walls; a program says itself
+//! what it can when it is started.
 //!
 //! The limits are those of LIGGGHTS 3.8.0: it stops with an error where a material or a restitution lies outside of them, and
 //! misinterprets other walls.
 
 use super::checks::Document;
-use super::file::{EngineKind, MotionSection, NamedMotion, ShapeSection};
+use super::file::{EngineKind, EngineSection, MotionSection, NamedMotion, ProcessSection, ShapeSection};
 use super::walls::PlacedWall;
-use crate::engine::{EngineChoice, LiggghtsOptions, commands};
+use crate::engine::process::wall_flaw;
+use crate::engine::{EngineChoice, LiggghtsOptions, ProcessOptions, commands};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::Surface;
+use std::path::Path;
 
 /// LIGGGHTS takes coefficients of restitution above this one.
 const LEAST_RESTITUTION: f64 = 0.05;
@@ -17,26 +20,30 @@ const LEAST_RESTITUTION: f64 = 0.05;
 /// Largest components of an aligned direction across its axis, over its length.
 const ALIGNED: f64 = 1e-9;
 
-/// The engine that the case asks for, if its sections ask for nothing that the engine lacks.
-pub(super) fn engine(document: &Document) -> Result<EngineChoice> {
-    let section = &document.case.dem.liggghts;
-    if document.case.dem.engine == EngineKind::Native {
+/// The engine that the case in this folder asks for, if its sections ask for nothing that the engine lacks.
+pub(super) fn engine(document: &Document, folder: &Path) -> Result<EngineChoice> {
+    let (section, chosen) = (&document.case.dem.liggghts, &document.case.dem.engine);
+    if !matches!(chosen, EngineSection::Named(EngineKind::Liggghts)) {
         if section.is_none() {
-            return Ok(EngineChoice::Native);
+            return match chosen {
+                EngineSection::Named(_) => Ok(EngineChoice::Native),
+                EngineSection::Process(section) => process(document, section, folder),
+            };
         }
-        let title = "[dem.liggghts] is given, but `dem.engine` is \"native\"";
+        let is = if chosen.is_native() { "\"native\"" } else { "a program" };
+        let title = format!("[dem.liggghts] is given, but `dem.engine` is {is}");
         let mut places = vec![("dem.liggghts", "has no effect here")];
         if document.has("dem.engine") {
             places.push(("dem.engine", "the engine"));
         }
         let remedy = "set engine = \"liggghts\" in [dem], or remove the section";
-        return Err(document.error_at(&places, title, remedy));
+        return Err(document.error_at(&places, &title, remedy));
     }
     refuse_shapes(document)?;
-    refuse_motion(document)?;
+    refuse_motion(document, "LIGGGHTS")?;
     if document.case.contact.enabled {
         refuse_law(document)?;
-        refuse_lubrication(document)?;
+        refuse_lubrication(document, "LIGGGHTS")?;
         refuse_numbers(document)?;
     }
     let mut options = LiggghtsOptions::default();
@@ -54,10 +61,58 @@ pub(super) fn engine(document: &Document) -> Result<EngineChoice> {
     Ok(EngineChoice::Liggghts(options))
 }
 
+/// A program of the user, which will not run unless it is allowed.
+fn process(document: &Document, section: &ProcessSection, folder: &Path) -> Result<EngineChoice> {
+    refuse_motion(document, "a program")?;
+    refuse_lubrication(document, "a program")?;
+    let command = section.command.join(" ");
+    if section.command.is_empty() {
+        let title = "`dem.engine.command` is empty";
+        return Err(document.error(
+            "dem.engine.command",
+            title,
+            "no program",
+            "name one, e.g. [\"python3\", \"my_dem.py\"]",
+        ));
+    }
+    let title = format!("`dem.engine` starts the program `{command}`, which has not been allowed");
+    let remedy = "a case may come from anybody, and a program can do whatever you can: look at it, then give --allow-engine";
+    let folder = folder.join(&section.folder);
+    Ok(EngineChoice::Process(ProcessOptions {
+        command: section.command.clone(),
+        folder: std::path::absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { &folder })
+            .unwrap_or(folder),
+        timeout: section.timeout,
+        refusal: document.error("dem.engine", &title, "a program", remedy).to_string(),
+    }))
+}
+
+/// The text of the case, as it is saved: the folder of a program is where it was.
+pub(super) fn saved_text(document: &Document, engine: &EngineChoice) -> String {
+    let EngineChoice::Process(options) = engine else {
+        return document.text.clone();
+    };
+    let mut table: toml::Table = document.text.parse().expect("a case that has been read");
+    let folder = options.folder.to_string_lossy().into_owned();
+    let engine =
+        table.get_mut("dem").and_then(|dem| dem.get_mut("engine")).and_then(toml::Value::as_table_mut);
+    engine.expect("the section was read").insert("folder".to_owned(), folder.into());
+    toml::to_string(&table).expect("a parsed document can be written")
+}
+
 /// Refuses walls that the engine does not have; without contacts there are none for it.
 pub(super) fn refuse_walls(document: &Document, engine: &EngineChoice, walls: &[PlacedWall]) -> Result<()> {
     if *engine == EngineChoice::Native || !document.case.contact.enabled {
         return Ok(());
+    }
+    if let EngineChoice::Process(_) = engine {
+        let flaw = |placed: &PlacedWall| Some((placed.key.clone(), wall_flaw(&placed.wall)?));
+        let Some((key, flaw)) = walls.iter().find_map(flaw) else {
+            return Ok(());
+        };
+        let title = format!("`{key}` {flaw}, but the walls of a program, `dem.engine`, stay where they are");
+        let remedy = "take dem.engine = \"native\"; planes may slide along themselves";
+        return Err(document.error(&key, &title, "this wall", remedy));
     }
     for PlacedWall { wall, key, .. } in walls {
         let velocity = wall.motion.velocity;
@@ -100,7 +155,7 @@ fn refuse_shapes(document: &Document) -> Result<()> {
     Err(document.error_at(&places, &title, remedy))
 }
 
-fn refuse_motion(document: &Document) -> Result<()> {
+fn refuse_motion(document: &Document, engine: &str) -> Result<()> {
     let is_free = |motion: &MotionSection| matches!(motion, MotionSection::Named(NamedMotion::Free));
     let mut sections = document.case.particles.iter();
     let Some(index) = sections.position(|section| section.motion.as_ref().is_some_and(|m| !is_free(m)))
@@ -109,7 +164,7 @@ fn refuse_motion(document: &Document) -> Result<()> {
     };
     let key = format!("particles.{index}.motion");
     let title =
-        format!("`{key}` prescribes motion, but LIGGGHTS, `dem.engine`, is given free particles only");
+        format!("`{key}` prescribes motion, but {engine}, `dem.engine`, is given free particles only");
     let places = [(&*key, "not free"), ("dem.engine", "the engine")];
     Err(document.error_at(&places, &title, "take dem.engine = \"native\", or remove `motion`"))
 }
@@ -124,12 +179,12 @@ fn refuse_law(document: &Document) -> Result<()> {
     Err(document.error_at(&[(key, "not in LIGGGHTS"), ("dem.engine", "the engine")], &title, remedy))
 }
 
-fn refuse_lubrication(document: &Document) -> Result<()> {
+fn refuse_lubrication(document: &Document, engine: &str) -> Result<()> {
     let key = "contact.lubrication";
     if !document.has(key) {
         return Ok(());
     }
-    let title = format!("`{key}` is given, but LIGGGHTS, `dem.engine`, has no lubrication of ours");
+    let title = format!("`{key}` is given, but {engine}, `dem.engine`, has no lubrication of ours");
     let remedy = "remove it, or take dem.engine = \"native\"";
     Err(document.error_at(&[(key, "of the native engine"), ("dem.engine", "the engine")], &title, remedy))
 }

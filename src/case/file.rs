@@ -17,7 +17,8 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 pub use contacts::{
-    ContactSection, DemSection, EngineKind, GeometryKind, LiggghtsSection, MaterialSection, PairSection,
+    ContactSection, DemSection, EngineKind, EngineSection, GeometryKind, LiggghtsSection, MaterialSection,
+    PairSection, ProcessSection,
 };
 pub use motion::{
     Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, VariableVelocity,

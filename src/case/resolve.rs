@@ -2,7 +2,7 @@
 
 use super::checks::{Clock, Document};
 use super::dry::{self, Medium};
-use super::engine::{engine, refuse_walls};
+use super::engine::{engine, refuse_walls, saved_text};
 use super::files::{Files, OwnShapes};
 use super::kinds::Kinds;
 use super::materials::Materials;
@@ -113,7 +113,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     if let Medium::Fluid(section, lattice) = &medium {
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }
-    let engine = engine(document)?;
+    let engine = engine(document, &files.folder)?;
     let reaches: Vec<f64> = templates.iter().map(|template| model.reach(&template.shape)).collect();
     let contact = document.case.contact.enabled.then_some(model);
     let reach = reaches.iter().copied().fold(0.0, f64::max);
@@ -156,6 +156,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let plan = RunPlan::new(document, &known)?;
     let (walls, wall_keys): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.key)).unzip();
+    let text = saved_text(document, &engine);
     let mut setup = Setup {
         domain,
         time_step,
@@ -175,7 +176,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         plan,
         provenance: Provenance {
             name: name.to_string(),
-            text: document.text.clone(),
+            text,
             files: files.read.into_inner(),
             inputs: Vec::new(),
             warnings,

@@ -1,7 +1,7 @@
 //! The run plan: its length and outputs, which may change when a run is resumed.
 
 use super::checks::{Clock, Document};
-use super::file::{CheckpointEvery, Duration, EngineKind, Every};
+use super::file::{CheckpointEvery, Duration, EngineSection, Every};
 use super::overrides::split;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
@@ -239,8 +239,8 @@ fn picture_plane(document: &Document, size: Vec3) -> Result<Option<(usize, Optio
 
 fn checkpoint_every(document: &Document, clock: Clock) -> Result<CheckpointSpacing> {
     let duration = match document.case.output.checkpoint_every {
-        // LIGGGHTS rounds differently once it has been saved: results would depend on how fast the machine is.
-        None if document.case.dem.engine == EngineKind::Liggghts => return Ok(CheckpointSpacing::Never),
+        // LIGGGHTS rounds differently once it has been saved, and others may: results would depend on how fast the machine is.
+        None if !document.case.dem.engine.is_native() => return Ok(CheckpointSpacing::Never),
         None => return Ok(CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL)),
         Some(CheckpointEvery::Never) => return Ok(CheckpointSpacing::Never),
         Some(CheckpointEvery::WallTime(seconds)) => {

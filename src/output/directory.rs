@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  liggghts.log
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  liggghts.log  process.log
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
 //!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
@@ -47,8 +47,8 @@ const SERIES: &str = "series.csv";
 const SETTLING: &str = "settling_velocity.png";
 const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
-/// What an external engine says.
-const LOG: &str = "liggghts.log";
+/// What external engines say.
+const LOGS: [&str; 2] = ["liggghts.log", "process.log"];
 /// Cells of the fluid.
 pub const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
 /// Particles as points.
@@ -170,9 +170,9 @@ impl OutputFiles {
         self.directory.join(PATHS)
     }
 
-    /// What LIGGGHTS prints.
-    pub fn liggghts_log(&self) -> PathBuf {
-        self.directory.join(LOG)
+    /// What the external engine of this name prints.
+    pub fn engine_log(&self, engine: &str) -> PathBuf {
+        self.directory.join(format!("{engine}.log"))
     }
 
     /// A numbered file.
@@ -221,7 +221,7 @@ pub fn claim(directory: &Path, more: &[Kind]) -> Result<Option<Lock>> {
 /// Removes the log of an earlier run and proves that files can be written.
 pub fn prepare(directory: &Path, more: &[Kind]) -> Result<()> {
     let attempt = || -> io::Result<()> {
-        own::remove(own::there(directory, &[LOG]))?;
+        own::remove(own::there(directory, &LOGS))?;
         for folder in folders(more) {
             let folder = directory.join(folder);
             if fs::symlink_metadata(&folder).is_ok() {
@@ -271,7 +271,7 @@ pub fn refuse_results(directory: &Path, more: &[Kind]) -> Result<()> {
 pub fn refuse_inputs(directory: &Path, more: &[Kind], inputs: &[PathBuf]) -> Result<()> {
     let attempt = || -> io::Result<Option<&PathBuf>> {
         let mut doomed: Vec<PathBuf> = (own::all(directory, more)?.into_iter())
-            .chain(own::there(directory, &[LOG]))
+            .chain(own::there(directory, &LOGS))
             .map(|own| own.below(directory).to_path_buf())
             .collect();
         doomed.push(checkpoint::FOLDER.into());

@@ -5,6 +5,7 @@ mod alone;
 mod costs;
 mod report;
 
+use super::engine::{Context, engine};
 use super::observe::{device_name, instruction_set};
 use super::run::{agreed, decompose, forecast, on_ranks};
 use super::work::Calibration;
@@ -14,6 +15,7 @@ use crate::comm::{Comm, Traffic};
 use crate::coupling::AnyFluid;
 use crate::dem::DemEngine;
 use crate::domain::Decomposition;
+use crate::engine::refuse_unusable;
 use crate::error::{Error, Result};
 use crate::fluid::stream_bandwidth;
 use crate::output::contacts::ids;
@@ -40,6 +42,8 @@ pub struct BenchOptions {
     pub no_contact: bool,
     /// Leave out particles altogether.
     pub fluid_only: bool,
+    /// A program that the case names as its engine may run.
+    pub allow_engine: bool,
 }
 
 /// Times steps of a case without writing anything; errors as [`run`](super::run()), but those of the output.
@@ -50,7 +54,7 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
         setup.contact = None;
     }
     let decomposition =
-        agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(&setup)))?;
+        agreed(refuse_unusable(&setup.engine, options.allow_engine).and_then(|()| decompose(&setup)))?;
     let mut report = on_ranks(&decomposition, |comm| bench_rank(&setup, options, &decomposition, comm))?;
     report.conditions = conditions;
     Ok(report)
@@ -110,7 +114,13 @@ pub fn calibrate(threads: usize) -> Result<Calibration> {
         let mut setup =
             case::from_text(CALIBRATION_CASE, "calibration", &[format!("fluid.precision={precision:?}")])?;
         setup.plan.threads = threads;
-        let options = BenchOptions { steps: 30, warm_up: 30, no_contact: false, fluid_only: false };
+        let options = BenchOptions {
+            steps: 30,
+            warm_up: 30,
+            no_contact: false,
+            fluid_only: false,
+            allow_engine: false,
+        };
         let report = bench(&setup, &options)?;
         ranks = report.ranks;
         let seconds = report.cells as f64 / (1e6 * report.mlups);
@@ -127,7 +137,9 @@ fn bench_rank(
     decomposition: &Decomposition,
     comm: Comm,
 ) -> Result<BenchReport> {
-    let mut simulation = Simulation::new(setup, decomposition, comm)?;
+    let context = Context { allowed: options.allow_engine, ..Context::default() };
+    let dem = engine(setup, decomposition, &comm, &context)?;
+    let mut simulation = Simulation::with_engine(setup, decomposition, comm, dem)?;
     simulation.advance(options.warm_up)?;
     // Ranks of one process share its memory: all look before the first of them fills arrays.
     simulation.comm.barrier();
@@ -416,7 +428,8 @@ end = { steps = 10 }
             let part = |k: u32| f64::from(n * k % 37) / 18.5 - 1.0;
             particle.velocity = [part(5), part(11), part(17)].map(|v| 0.1 * v * speed);
         }
-        let options = BenchOptions { steps: 8, warm_up: 40, no_contact: false, fluid_only: false };
+        let options =
+            BenchOptions { steps: 8, warm_up: 40, no_contact: false, fluid_only: false, allow_engine: false };
         bench(&setup, &options).unwrap()
     }
 

@@ -9,6 +9,7 @@ use crate::domain::Decomposition;
 use crate::engine::EngineChoice;
 #[cfg(feature = "liggghts")]
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
+use crate::engine::process::{External, ExternalParams, Host, Program};
 #[cfg(feature = "liggghts")]
 use crate::engine::{LiggghtsOptions, LiggghtsProcess};
 #[cfg(feature = "liggghts")]
@@ -17,11 +18,13 @@ use crate::error::Result;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 /// Data of the run for an external engine.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "there is no external engine"))]
 pub(super) struct Context {
+    /// True if a program that the case names may run.
+    pub(super) allowed: bool,
     /// File for what it prints.
     pub(super) log: Option<PathBuf>,
     /// Set when the run shall stop.
@@ -30,14 +33,13 @@ pub(super) struct Context {
 
 /// The engine with the particles of the case. Errors: [`crate::Error::Input`] if this program was built without the engine, or if
 /// it would live in one of several processes of an MPI job; those of the engine. Collective.
-#[cfg_attr(not(feature = "liggghts"), expect(unused_variables, reason = "there is no external engine"))]
 pub(super) fn engine(
     setup: &Setup,
     decomposition: &Decomposition,
     comm: &Comm,
     context: &Context,
 ) -> Result<Box<dyn DemEngine>> {
-    crate::engine::refuse_if_missing(&setup.engine)?;
+    crate::engine::refuse_unusable(&setup.engine, context.allowed)?;
     let (templates, decomposition) = (setup.templates.clone(), decomposition.clone());
     match &setup.engine {
         #[cfg(feature = "liggghts")]
@@ -57,6 +59,26 @@ pub(super) fn engine(
         }
         #[cfg(not(feature = "liggghts"))]
         EngineChoice::Liggghts(_) => unreachable!("refused above"),
+        EngineChoice::Process(options) => {
+            let params = ExternalParams {
+                name: setup.engine.name(),
+                label: format!("the program `{}`", options.command.join(" ")),
+                contact: setup.contact.clone(),
+                walls: setup.walls.clone(),
+                gravity: setup.gravity,
+                substeps: setup.substeps,
+                options: serde_json::Value::Null,
+                host: Host::Process(Program {
+                    command: options.command.iter().map(Into::into).collect(),
+                    folder: Some(options.folder.clone()),
+                    timeout: Duration::from_secs_f64(options.timeout),
+                    timeout_key: "dem.engine.timeout",
+                    log: context.log.clone(),
+                    stop: Arc::clone(&context.stop),
+                }),
+            };
+            Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))
+        }
         EngineChoice::Native => {
             let params = NativeParams {
                 contact: setup.contact.clone(),

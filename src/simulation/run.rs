@@ -12,6 +12,7 @@ use crate::checkpoint::{self, CaseText, Checkpoint};
 use crate::comm::MpiComm;
 use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
+use crate::engine::refuse_unusable;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind, Lock};
 use crate::output::{OutputFiles, Summary};
@@ -55,6 +56,8 @@ pub struct RunOptions {
     pub max_walltime: Option<Duration>,
     /// Results of an earlier run in the output directory are replaced instead of refused.
     pub overwrite: bool,
+    /// A program that the case names as its engine may run.
+    pub allow_engine: bool,
 }
 
 /// Runs a case to its end and writes everything it asks for. The summary is that of rank 0; the other processes of an MPI job get
@@ -127,7 +130,7 @@ fn run_from(
 ) -> Result<Option<Summary>> {
     let start = Instant::now();
     let decomposition =
-        agreed(crate::engine::refuse_if_missing(&setup.engine).and_then(|()| decompose(setup)))?;
+        agreed(refuse_unusable(&setup.engine, options.allow_engine).and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let _lock = agreed(if first {
         let kinds = [kinds(&writers::of(setup)), kinds(&more(0))].concat();
@@ -298,8 +301,8 @@ struct Plan<'a> {
 
 fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     let &Plan { setup, options, more, decomposition, resumes, start } = plan;
-    let log = OutputFiles::new(&setup.plan.output.directory).liggghts_log();
-    let context = Context { log: Some(log), stop: Arc::clone(&options.stop) };
+    let log = OutputFiles::new(&setup.plan.output.directory).engine_log(setup.engine.name());
+    let context = Context { allowed: options.allow_engine, log: Some(log), stop: Arc::clone(&options.stop) };
     let dem = engine(setup, decomposition, &comm, &context)?;
     let mut simulation = Simulation::with_engine(setup, decomposition, comm, dem)?;
     let mut checkpointer = Checkpointer::new(setup, &simulation, start);

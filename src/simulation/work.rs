@@ -108,7 +108,7 @@ impl<'a> Work<'a> {
         match self.setup.engine {
             EngineChoice::Native => costs::PARTICLE * f64::from(self.setup.substeps),
             // Rank 0 moves them all.
-            EngineChoice::Liggghts(_) => 0.0,
+            EngineChoice::Liggghts(_) | EngineChoice::Process(_) => 0.0,
         }
     }
 

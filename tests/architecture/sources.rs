@@ -10,11 +10,12 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Crate(&'static str, &'static str, Option<&'static str>);
 
 /// All crates; a folder that is not there is passed over.
-const CRATES: [Crate; 5] = [
+const CRATES: [Crate; 6] = [
     Crate("src", "turbid", None),
     Crate("crates/cli/src", "turbid_cli", None),
     Crate("crates/core/src", "turbid_core", None),
     Crate("crates/plot/src", "turbid_plot", Some("plot")),
+    Crate("ffi/process/src", "turbid_process", Some("process")),
     Crate("ffi/liggghts/src", "turbid_liggghts", Some("liggghts")),
 ];
 

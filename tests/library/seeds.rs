@@ -45,7 +45,6 @@ fn manifests_and_parts_that_were_kept_are_read_or_refused() {
     replay("part", readers::part);
 }
 
-#[cfg(feature = "liggghts")]
 #[test]
 fn messages_that_were_kept_are_read_or_refused() {
     replay("protocol", readers::protocol);

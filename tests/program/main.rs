@@ -20,6 +20,7 @@ mod limits;
 mod mpi;
 mod pack;
 mod pieces;
+mod process;
 mod resume;
 mod run;
 mod same_bits;

@@ -118,6 +118,9 @@ struct RunFlags {
     /// No progress and no summary.
     #[arg(long)]
     quiet: bool,
+    /// Let a case run the program that it names as its engine.
+    #[arg(long)]
+    allow_engine: bool,
     /// Stop with a checkpoint before this much time has passed: 5400, 90m, 1h30m or 01:30:00.
     #[arg(long, value_name = "TIME", value_parser = walltime::parse)]
     max_walltime: Option<Duration>,
@@ -173,6 +176,9 @@ struct BenchArguments {
     /// Steps before the first sample; as many as a sample if not given. A packing has few contacts at the start.
     #[arg(long)]
     warm_up: Option<u64>,
+    /// Let a case run the program that it names as its engine.
+    #[arg(long)]
+    allow_engine: bool,
     /// Leave out contacts.
     #[arg(long)]
     no_contact: bool,

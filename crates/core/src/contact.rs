@@ -78,7 +78,7 @@ impl ContactModel {
 }
 
 /// Elasticity of a material.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Young's modulus (Pa).
     pub youngs_modulus: f64,
@@ -87,7 +87,7 @@ pub struct Material {
 }
 
 /// Dissipation between two materials.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairParams {
     /// Coefficient of restitution (-), `0 < e <= 1`.
     pub restitution: f64,

@@ -3,13 +3,11 @@
 //! LIGGGHTS has Hertz's law with its own damping and a Coulomb spring along the surfaces (`model hertz tangential
 //! history`). Its one coefficient of friction is the kinetic one; radii are those of contacts, enlargement included.
 
-use super::LiggghtsParams;
-use super::protocol::{Plan, wall_fix};
 use super::session::PAIRS;
-use turbid_core::contact::{ContactModel, PairParams};
-use turbid_core::domain::Domain;
-use turbid_core::math::Vec3;
-use turbid_core::wall::{Surface, Wall};
+use serde::Deserialize;
+use std::path::PathBuf;
+use turbid_core::contact::PairParams;
+use turbid_process::{ContactSection, SetUp, SurfaceSection, WallSection};
 
 /// Distance beyond contact within which pairs are listed, over the smallest radius: a list lasts until something has moved by
 /// half of it.
@@ -20,10 +18,41 @@ const ALIGNED: f64 = 1e-9;
 
 const MODEL: &str = "model hertz tangential history";
 
-/// The commands for a box, with the smallest radius of contact (m).
-pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> Result<Plan, String> {
+/// The commands of the set-up.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Plan {
+    /// Commands before there is a box.
+    pub(super) before: Vec<String>,
+    /// Commands that make the box; a restart file brings its own.
+    pub(super) space: Vec<String>,
+    /// Commands after it.
+    pub(super) after: Vec<String>,
+    /// Commands that need the particles.
+    pub(super) last: Vec<String>,
+    /// What Turbid tells besides.
+    pub(super) options: Options,
+    /// Number of walls; their fixes are named by [`wall_fix`].
+    pub(super) walls: usize,
+}
+
+/// [`SetUp::options`] for LIGGGHTS.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Options {
+    /// Commands of the user.
+    pub(super) commands: Vec<String>,
+    /// File for the log of the set-up.
+    pub(super) log_file: Option<PathBuf>,
+}
+
+/// Name of the fix of a wall.
+pub(crate) fn wall_fix(index: usize) -> String {
+    format!("wall{index}")
+}
+
+/// The commands for a case, with the smallest radius of contact (m).
+pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
     let texts = |commands: &[&str]| -> Vec<String> { commands.iter().map(ToString::to_string).collect() };
-    let axes = domain.periodic.map(|periodic| if periodic { "p" } else { "f" }).join(" ");
+    let axes = case.domain.periodic.map(|periodic| if periodic { "p" } else { "f" }).join(" ");
     let before = texts(&[
         "units si",
         "atom_style granular",
@@ -35,20 +64,20 @@ pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         "hard_particles yes",
         "soft_particles yes",
     ]);
-    let (size, materials) =
-        (domain.size(), params.contact.as_ref().map_or(1, |contact| contact.materials.len()));
+    let ([x, y, z], materials) =
+        (case.domain.size, case.contact.as_ref().map_or(1, |contact| contact.materials.len()));
     let space = vec![
-        format!("region box block 0 {:e} 0 {:e} 0 {:e} units box", size.x, size.y, size.z),
+        format!("region box block 0 {x:e} 0 {y:e} 0 {z:e} units box"),
         format!("create_box {materials} box"),
     ];
     let mut after = vec![format!("neighbor {:e} bin", SKIN * smallest), "neigh_modify delay 0".to_owned()];
-    after.extend(properties(params));
+    after.extend(properties(case.contact.as_ref()));
     after.extend([format!("pair_style gran {MODEL}"), "pair_coeff * *".to_owned()]);
-    if params.contact.is_none() {
+    if case.contact.is_none() {
         after.push("neigh_modify exclude group all all".to_owned());
     }
     let mut last = Vec::new();
-    for (index, wall) in params.touched_walls().iter().enumerate() {
+    for (index, wall) in case.walls.iter().enumerate() {
         let (fix, primitive, material) = (wall_fix(index), primitive(wall)?, wall.material + 1);
         last.push(format!(
             "fix {fix} all wall/gran {MODEL} primitive type {material} {primitive} store_force yes"
@@ -62,18 +91,18 @@ pub(crate) fn plan(params: &LiggghtsParams, domain: &Domain, smallest: f64) -> R
         "thermo 1000000000",
         &format!("compute {PAIRS} all pair/gran/local pos id force force_normal force_tangential"),
     ]));
-    let (user, walls) = (params.commands.clone(), params.touched_walls().len());
-    Ok(Plan { before, space, after, last, user, walls, log_file: params.log.clone() })
+    let options = Options::deserialize(&case.options).map_err(|e| format!("its options: {e}"))?;
+    Ok(Plan { before, space, after, last, options, walls: case.walls.len() })
 }
 
 /// Elasticity by material, dissipation by pair of materials.
-fn properties(params: &LiggghtsParams) -> [String; 4] {
+fn properties(contact: Option<&ContactSection>) -> [String; 4] {
     let list =
         |values: Vec<f64>| values.iter().fold(String::new(), |list, value| list + &format!(" {value:e}"));
     // Without contacts they are never used, but LIGGGHTS asks for them.
     let mut lists = ["1e7", "0.25", "1", "0"].map(|value| format!(" {value}"));
     let mut n = 1;
-    if let Some(ContactModel { materials, pairs, .. }) = &params.contact {
+    if let Some(ContactSection { materials, pairs, .. }) = contact {
         n = materials.len();
         lists = [
             list(materials.iter().map(|m| m.youngs_modulus).collect()),
@@ -99,33 +128,26 @@ pub(crate) fn friction(pair: &PairParams) -> f64 {
 }
 
 /// A wall as LIGGGHTS's primitive, or why it has none for it.
-pub(crate) fn primitive(wall: &Wall) -> Result<String, String> {
+pub(crate) fn primitive(wall: &WallSection) -> Result<String, String> {
     let cannot = |why: &str| Err(format!("wall `{}`: LIGGGHTS's primitive {why}", wall.name));
-    let velocity = wall.motion.velocity;
-    if wall.motion.angular_velocity != Vec3::zeros() {
-        return cannot("walls do not turn");
-    }
     match wall.surface {
-        Surface::Plane { point, normal } => {
+        SurfaceSection::Plane { point, normal } => {
             let Some(axis) = axis_of(normal) else {
                 return cannot("planes stand across x, y or z");
             };
             let text = format!("{}plane {:e}", NAMES[axis], point[axis]);
-            let along: Vec<usize> = (0..3).filter(|&i| velocity[i] != 0.0).collect();
+            let along: Vec<usize> = (0..3).filter(|&i| wall.velocity[i] != 0.0).collect();
             match along[..] {
                 [] => Ok(text),
-                [i] if i != axis => Ok(format!("{text} shear {} {:e}", NAMES[i], velocity[i])),
-                [_] => cannot("planes do not move towards the particles"),
+                [i] => Ok(format!("{text} shear {} {:e}", NAMES[i], wall.velocity[i])),
                 _ => cannot("planes slide along one axis only"),
             }
         }
-        Surface::Cylinder { point, axis: direction, radius, .. } => {
+        SurfaceSection::Pipe { point, axis: direction, radius }
+        | SurfaceSection::Rod { point, axis: direction, radius } => {
             let Some(axis) = axis_of(direction) else {
                 return cannot("cylinders stand along x, y or z");
             };
-            if velocity != Vec3::zeros() {
-                return cannot("cylinders stand still here");
-            }
             let [a, b] = [[1, 2], [0, 2], [0, 1]][axis];
             Ok(format!("{}cylinder {radius:e} {:e} {:e}", NAMES[axis], point[a], point[b]))
         }
@@ -135,6 +157,6 @@ pub(crate) fn primitive(wall: &Wall) -> Result<String, String> {
 const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// The axis that a unit vector lies along, either way.
-fn axis_of(direction: Vec3) -> Option<usize> {
+fn axis_of(direction: [f64; 3]) -> Option<usize> {
     (0..3).find(|&i| (direction[i].abs() - 1.0).abs() < ALIGNED)
 }

@@ -6,7 +6,7 @@ use std::ptr;
 use std::sync::Mutex;
 
 /// A failure is the message of LIGGGHTS.
-pub(crate) type Outcome<T> = std::result::Result<T, String>;
+pub(crate) use turbid_process::Outcome;
 
 /// The one instance of this process, while nobody uses it.
 static SLOT: Mutex<Slot> = Mutex::new(Slot::Empty);

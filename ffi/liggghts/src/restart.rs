@@ -1,18 +1,18 @@
 //! Saving a session and resuming it: LIGGGHTS's own restart file, and what it leaves out.
 
 use super::instance::{Instance, Outcome};
-use super::protocol::{AtomLoad, State};
 use super::session::{Session, path_of};
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use std::fs::File;
 use std::io::{Read, Write};
+use turbid_process::{AppliedLoad, State};
 
 /// Parts of the result of [`Session::save`].
 pub(super) struct Saved<'a> {
     /// LIGGGHTS's own file.
     restart: &'a [u8],
     time_step: f64,
-    loads: Vec<AtomLoad>,
+    loads: Vec<AppliedLoad>,
     states: Vec<State>,
 }
 
@@ -68,7 +68,7 @@ impl<'a> Saved<'a> {
         let (restart, rest) = rest.split_at_checked(u64::from_le_bytes(*length) as usize)?;
         // All numbers but those of LIGGGHTS's own file, which it checks itself.
         let numbers: Vec<f64> = pod_collect_to_vec(rest);
-        let (loads, states) = rest.get(8..)?.split_at_checked(count * size_of::<AtomLoad>())?;
+        let (loads, states) = rest.get(8..)?.split_at_checked(count * size_of::<AppliedLoad>())?;
         let is_sound = numbers[0] >= 0.0 && numbers.iter().all(|x| x.is_finite());
         (is_sound && states.len() == count * size_of::<State>()).then(|| Self {
             restart,

@@ -12,14 +12,17 @@
 //! particle (contacts of enlarged surfaces), the torque of the first half kick is multiplied by `q` and the second one is
 //! corrected by `w += (q - 1) dt/2 T / I`: again velocity Verlet, with the particle's inertia.
 
+use super::deck::{self, Plan, wall_fix};
 use super::instance::{Arrays, Instance, Outcome};
-use super::protocol::{Atom, AtomLoad, ContactForce, Plan, Request, State, wall_fix};
 use super::restart::Saved;
-use super::worker;
-use bytemuck::{cast_slice, pod_collect_to_vec};
 use std::f64::consts::PI;
 use std::fs::File;
 use std::os::fd::AsRawFd;
+use turbid_core::dem::ContactState;
+use turbid_core::math::Vec3;
+use turbid_process::{
+    AppliedLoad, Body, ContactForce, ContactSection, Hello, Served, SetUp, ShapeSection, State, open_log,
+};
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
 /// the surfaces (3 each).
@@ -28,6 +31,110 @@ pub(crate) const PAIRS: &str = "contacts";
 /// The moment of inertia of a homogeneous sphere over `m r^2`.
 const SPHERE: f64 = 0.4;
 
+/// A sphere as LIGGGHTS is given it, SI units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Atom {
+    /// Id of the particle; LIGGGHTS counts from 1.
+    pub(super) id: u64,
+    pub(super) position: [f64; 3],
+    pub(super) velocity: [f64; 3],
+    pub(super) angular_velocity: [f64; 3],
+    /// Of contacts.
+    pub(super) radius: f64,
+    pub(super) mass: f64,
+    /// Moment of inertia of LIGGGHTS's sphere over that of the particle (-).
+    pub(super) inertia_ratio: f64,
+    /// Index of the material.
+    pub(super) material: usize,
+}
+
+impl Atom {
+    fn of(body: &Body, case: &SetUp) -> Outcome<Self> {
+        let template = &case.templates[body.template as usize];
+        let ShapeSection::Sphere { radius } = template.shape else {
+            return Err("it has spheres only".to_owned());
+        };
+        let grown = radius + case.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
+        // Without an enlargement exactly one.
+        let ratio = grown / radius;
+        Ok(Self {
+            id: body.id,
+            position: body.position,
+            velocity: body.velocity,
+            angular_velocity: body.angular_velocity,
+            radius: grown,
+            mass: template.mass,
+            inertia_ratio: ratio * ratio,
+            material: template.material,
+        })
+    }
+}
+
+/// LIGGGHTS as an engine.
+#[derive(Debug, Default)]
+pub(crate) struct Engine {
+    plan: Plan,
+    atoms: Vec<Atom>,
+    gravity: Vec3,
+    contact: Option<ContactSection>,
+    session: Option<Session>,
+}
+
+impl Engine {
+    fn opened(&mut self) -> Outcome<&mut Session> {
+        self.session.as_mut().ok_or_else(|| "LIGGGHTS has not been set up".to_owned())
+    }
+}
+
+impl Served for Engine {
+    fn hello(&self) -> Hello {
+        Hello {
+            name: "LIGGGHTS".to_owned(),
+            shapes: vec!["sphere".to_owned()],
+            walls: ["plane", "pipe", "rod"].map(String::from).to_vec(),
+            orientations: false,
+            contacts: true,
+            saves: true,
+        }
+    }
+
+    fn set_up(&mut self, case: SetUp, bodies: Vec<Body>) -> Outcome<()> {
+        let atoms: Outcome<Vec<Atom>> = bodies.iter().map(|body| Atom::of(body, &case)).collect();
+        self.atoms = atoms?;
+        let smallest = self.atoms.iter().map(|atom| atom.radius).fold(f64::INFINITY, f64::min);
+        (self.plan, self.gravity) = (deck::plan(&case, smallest)?, case.gravity.into());
+        self.contact = case.contact;
+        self.session = Some(Session::open(&self.plan, self.atoms.clone(), &[])?);
+        Ok(())
+    }
+
+    fn advance(&mut self, step: f64, substeps: u32, loads: &[AppliedLoad]) -> Outcome<Vec<State>> {
+        let (mut loads, gravity) = (loads.to_vec(), self.gravity);
+        for (load, atom) in loads.iter_mut().zip(&self.atoms) {
+            load.force = (Vec3::from(load.force) + gravity * atom.mass).into();
+        }
+        self.opened()?.advance(step, substeps, &loads)
+    }
+
+    fn contacts(&mut self) -> Outcome<Vec<ContactForce>> {
+        let contact = self.contact.take();
+        let contacts = self.opened().and_then(|session| session.contacts(contact.as_ref()));
+        self.contact = contact;
+        contacts
+    }
+
+    fn save(&mut self) -> Outcome<Vec<u8>> {
+        self.opened()?.save()
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Outcome<()> {
+        // The instance of this process must be free before it is taken again.
+        self.session = None;
+        self.session = Some(Session::open(&self.plan, self.atoms.clone(), saved)?);
+        Ok(())
+    }
+}
+
 /// One simulation in LIGGGHTS.
 #[derive(Debug)]
 pub(crate) struct Session {
@@ -35,27 +142,10 @@ pub(crate) struct Session {
     /// By index; positions are those of the last step, to say where one was lost.
     pub(super) atoms: Vec<Atom>,
     walls: usize,
-    /// Loads of the last step, by index.
-    pub(super) loads: Vec<AtomLoad>,
+    /// Loads of the last step, weight included, by index.
+    pub(super) loads: Vec<AppliedLoad>,
     /// The present time step (s); 0 before the first step.
     pub(super) time_step: f64,
-}
-
-/// Serves a request, the first of which must be [`Request::Open`]; returns the bytes that are asked for.
-pub(super) fn serve(session: &mut Option<Session>, request: Request, bytes: &[u8]) -> Outcome<Vec<u8>> {
-    let opened = session.as_mut().ok_or("LIGGGHTS has not been set up");
-    match request {
-        Request::Open(plan, atoms) => {
-            *session = Some(Session::open(&plan, atoms, bytes)?);
-            Ok(Vec::new())
-        }
-        Request::Advance { step, substeps } => {
-            let states = opened?.advance(step, substeps, &pod_collect_to_vec(bytes))?;
-            Ok(cast_slice(&states).to_vec())
-        }
-        Request::Contacts => Ok(cast_slice(&opened?.contacts()?).to_vec()),
-        Request::Save => opened?.save(),
-    }
 }
 
 impl Session {
@@ -67,10 +157,10 @@ impl Session {
                     .ok_or("what LIGGGHTS saved is not whole, or of another case")?,
             ),
         };
-        let (instance, loads) = (Instance::take()?, vec![AtomLoad::default(); atoms.len()]);
+        let (instance, loads) = (Instance::take()?, vec![AppliedLoad::default(); atoms.len()]);
         let mut session = Self { instance, atoms, walls: plan.walls, loads, time_step: 0.0 };
-        if let Some(path) = &plan.log_file {
-            let log = worker::open_log(path)?;
+        if let Some(path) = &plan.options.log_file {
+            let log = open_log(path)?;
             session.instance.command(&format!("log {} append", path_of(&log)))?;
         }
         session.instance.commands(&plan.before)?;
@@ -87,7 +177,7 @@ impl Session {
         session.instance.commands(&plan.last)?;
         // A restart file has the groups; a region would put other particles into them now.
         let kept = |command: &&String| saved.is_none() || !command.starts_with("group ");
-        session.instance.commands(plan.user.iter().filter(kept))?;
+        session.instance.commands(plan.options.commands.iter().filter(kept))?;
         // Sets the loads to zero, and finds out whatever is wrong.
         session.instance.command("run 0")?;
         // What follows would be a line for every step.
@@ -144,7 +234,7 @@ impl Session {
         format!("particle {id}, last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m")
     }
 
-    fn advance(&mut self, step: f64, substeps: u32, loads: &[AtomLoad]) -> Outcome<Vec<State>> {
+    fn advance(&mut self, step: f64, substeps: u32, loads: &[AppliedLoad]) -> Outcome<Vec<State>> {
         if loads.len() != self.atoms.len() {
             return Err("as many loads as particles are needed".to_owned());
         }
@@ -196,7 +286,7 @@ impl Session {
     }
 
     /// Sets the loads of the coming step.
-    fn set_loads(&mut self, loads: &[AtomLoad]) -> Outcome<()> {
+    fn set_loads(&mut self, loads: &[AppliedLoad]) -> Outcome<()> {
         let indices = self.indices()?;
         let arrays = self.instance.arrays()?;
         for (k, &index) in indices.iter().enumerate() {
@@ -223,6 +313,8 @@ impl Session {
         for (k, &index) in indices.iter().enumerate() {
             let load = &self.loads[index];
             states[index] = State {
+                id: self.atoms[index].id,
+                orientation: [0.0, 0.0, 0.0, 1.0],
                 position: arrays.position[k],
                 velocity: arrays.velocity[k],
                 angular_velocity: arrays.angular_velocity[k],
@@ -236,7 +328,7 @@ impl Session {
     /// The forces of the contacts as they acted: LIGGGHTS computes them when asked, so the velocities are those of half a step
     /// before in the meantime. (Those of periodic images are that all the time.) It does not know then that a contact slid: its
     /// tangential dashpot is in the friction although it did not act.
-    fn contacts(&mut self) -> Outcome<Vec<ContactForce>> {
+    fn contacts(&mut self, model: Option<&ContactSection>) -> Outcome<Vec<ContactForce>> {
         let indices = self.indices()?;
         let arrays = self.instance.arrays()?;
         let now = (arrays.velocity.to_vec(), arrays.angular_velocity.to_vec());
@@ -256,22 +348,36 @@ impl Session {
         arrays.angular_velocity.copy_from_slice(&now.1);
         let mut contacts = Vec::new();
         for row in rows? {
-            let [a, b] = [row[6] as u64 - 1, row[7] as u64 - 1];
-            let on_first =
-                |at: usize| [row[at], row[at + 1], row[at + 2]].map(|f| if a > b { -f } else { f });
-            let (force, friction) = (on_first(12), on_first(15));
-            contacts.push(ContactForce { first: a.min(b), second: a.max(b), is_wall: 0, force, friction });
+            let [a, b] = [row[6] as usize - 1, row[7] as usize - 1];
+            let on_first = |at: usize| {
+                let force = Vec3::new(row[at], row[at + 1], row[at + 2]);
+                if a > b { -force } else { force }
+            };
+            let (normal, mut friction) = (on_first(12), on_first(15));
+            let [first, second] = [a.min(b), a.max(b)].map(|index| &self.atoms[index]);
+            if let Some(model) = model {
+                // A contact that slides has Coulomb's friction; the dashpot that LIGGGHTS adds now did not act.
+                let pair = model.pair(first.material, second.material);
+                let (most, norm) = (deck::friction(pair) * normal.norm(), friction.norm());
+                if norm > most {
+                    friction *= most / norm;
+                }
+            }
+            contacts.push(ContactForce {
+                first: first.id,
+                second: second.id,
+                force: (normal + friction).into(),
+            });
         }
         for wall in 0..self.walls {
             let forces = self.instance.property(&format!("force_{}", wall_fix(wall)), indices.len())?;
             for (&force, &index) in forces.iter().zip(&indices) {
                 if force.iter().any(|component| *component != 0.0) {
-                    let (first, second, friction) = (index as u64, wall as u64, [0.0; 3]);
-                    contacts.push(ContactForce { first, second, is_wall: 1, force, friction });
+                    let (first, second) = (self.atoms[index].id, ContactState::of_wall(wall));
+                    contacts.push(ContactForce { first, second, force });
                 }
             }
         }
-        contacts.sort_by_key(|contact| (contact.first, contact.is_wall, contact.second));
         Ok(contacts)
     }
 }

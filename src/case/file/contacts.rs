@@ -166,10 +166,56 @@ pub struct MaterialSection {
     "liggghts": { "properties": { "engine": { "const": "liggghts" } }, "required": ["engine"] }
 }))]
 pub struct DemSection {
-    /// "native", or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`. Default "native".
-    pub engine: EngineKind,
+    /// "native"; or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`; or a program that speaks
+    /// the engine protocol, `{ command = ["python3", "spheres.py"] }`. Default "native".
+    pub engine: EngineSection,
     /// Settings of LIGGGHTS; only with `engine = "liggghts"`.
     pub liggghts: Option<LiggghtsSection>,
+}
+
+/// The engine that moves the particles, by name or as a program.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum EngineSection {
+    /// One that turbid knows.
+    Named(EngineKind),
+    /// A program of the user.
+    Process(ProcessSection),
+}
+
+impl EngineSection {
+    /// True of the engine of turbid.
+    pub(in crate::case) fn is_native(&self) -> bool {
+        matches!(self, Self::Named(EngineKind::Native))
+    }
+}
+
+impl Default for EngineSection {
+    fn default() -> Self {
+        Self::Named(EngineKind::default())
+    }
+}
+
+/// A program that moves the particles and speaks the engine protocol (`docs/engine-protocol.md`). It runs only with `--allow-engine`.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessSection {
+    /// The program and its arguments. It runs in `folder`; a program with a slash in its name is relative to it, any other one is
+    /// looked for as the shell does.
+    #[schemars(extend("minItems" = 1))]
+    pub command: Vec<String>,
+    /// Longest time that it may take for a step (s); for the set-up, for saving and for resuming it has ten times as long. Then the
+    /// run ends with an error. Default 60.
+    #[serde(default = "default_timeout")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]
+    pub timeout: f64,
+    /// Folder in which it runs, relative to that of the case file. Default: that of the case file.
+    #[serde(default)]
+    pub folder: String,
+}
+
+fn default_timeout() -> f64 {
+    60.0
 }
 
 /// Engines that move particles.

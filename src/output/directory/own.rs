@@ -1,6 +1,6 @@
 //! The files in an output directory that have the name of a file of a run.
 
-use super::{Kind, LOG, Numbered, folders, numbered, top};
+use super::{Kind, LOGS, Numbered, folders, numbered, top};
 use crate::output::atomic::PARTIAL_SUFFIX;
 use crate::output::pieces;
 use std::fs::{self, FileType};
@@ -45,7 +45,7 @@ pub(super) fn remove(all: Vec<Own>) -> io::Result<()> {
 
 /// The first symbolic link among the names in the output directory itself.
 pub(super) fn link(directory: &Path, more: &[Kind]) -> Option<PathBuf> {
-    let files = top(more).into_iter().chain([LOG.to_string()]);
+    let files = top(more).into_iter().chain(LOGS.map(str::to_string));
     let mut names = files
         .flat_map(|name| [format!("{name}{PARTIAL_SUFFIX}"), name])
         .chain(folders(more).map(str::to_string))

@@ -79,7 +79,7 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
         files.file(FIELDS, 3),
         files.file(FIELDS, 5),
         files.file(PARTICLES, 4),
-        files.liggghts_log(),
+        files.engine_log("liggghts"),
         pieces::index(&files.file(FIELDS, 3)),
         pieces::piece(&files.file(FIELDS, 3), 1),
         pieces::index(&files.file(FORCE_CHAINS, 5)),

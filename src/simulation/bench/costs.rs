@@ -129,7 +129,8 @@ mod tests {
 
     #[test]
     fn a_fluid_without_particles_has_the_cost_of_its_cells_alone() {
-        let options = BenchOptions { steps: 2, warm_up: 2, no_contact: false, fluid_only: true };
+        let options =
+            BenchOptions { steps: 2, warm_up: 2, no_contact: false, fluid_only: true, allow_engine: false };
         let report = bench(&setup(1), &options).unwrap();
         let costs = &report.costs;
         assert_eq!(costs.fluid_only_mlups, Some(report.mlups));
@@ -153,7 +154,8 @@ mod tests {
         for (particle, way) in setup.particles.iter_mut().zip([0.1, -0.1].into_iter().cycle()) {
             particle.velocity = [way, 0.0, 0.0];
         }
-        let options = BenchOptions { steps: 2, warm_up: 16, no_contact: false, fluid_only: false };
+        let options =
+            BenchOptions { steps: 2, warm_up: 16, no_contact: false, fluid_only: false, allow_engine: false };
         let report = bench(&setup, &options).unwrap();
         let costs = &report.costs;
         assert!(report.contacts > 0);

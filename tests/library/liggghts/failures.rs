@@ -46,7 +46,7 @@ fn a_crash_of_liggghts_is_an_error_with_its_signal_and_the_end_of_its_log() {
     let log = folder.path().join("liggghts.log");
     // No command that is passed on crashes LIGGGHTS: another program in its place does.
     let program = folder.path().join("crashes.sh");
-    std::fs::write(&program, "#!/bin/sh\necho the last words\nkill -SEGV $$\n").unwrap();
+    std::fs::write(&program, "#!/bin/sh\necho the last words >&2\nkill -SEGV $$\n").unwrap();
     std::fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).unwrap();
     let crashing = LiggghtsParams { log: Some(log.clone()), program: Some(program), ..params(None) };
     let text = refusal(crashing);
@@ -153,7 +153,7 @@ fn shapes_and_walls_that_liggghts_has_not_are_unsupported() {
     let cube =
         Template { shape: Arc::new(Cuboid::new(Vec3::repeat(1e-3)).unwrap()), density: 2500.0, material: 0 };
     let cut = Decomposition::new(DOMAIN, 1).unwrap();
-    let error = Liggghts::new(params(None), cut, &Comm::Solo, Arc::new([cube]), &[]).unwrap_err();
+    let error = Liggghts::new(params(None), cut, &Comm::Solo, Arc::new([cube]), &three()).unwrap_err();
     assert!(error.to_string().contains("cuboid"), "{error}");
     let (_, mut walls) = tank(Vec3::new(0.0, 0.0, 0.1));
     let error =

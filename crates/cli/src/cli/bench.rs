@@ -24,6 +24,7 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<bool> {
         warm_up: arguments.warm_up.unwrap_or(arguments.steps),
         no_contact: arguments.no_contact,
         fluid_only: arguments.fluid_only,
+        allow_engine: arguments.allow_engine,
     };
     // Before the measurement, which takes longer.
     let recorded = (arguments.compare.as_deref())

@@ -13,7 +13,7 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
     };
     let setup = load(path, &arguments.changes)?;
     say(&format!("{}\n{}", setup.provenance.name, table(&preflight::rows(&setup))));
-    if let Err(missing) = turbid::engine::refuse_if_missing(&setup.engine) {
+    if let Err(missing) = turbid::engine::refuse_unusable(&setup.engine, false) {
         warn(&missing.to_string());
     }
     for advice in preflight::advice(&setup) {

@@ -99,8 +99,12 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
 
 /// The engine, if it is not the native one.
 fn engine_row(setup: &Setup) -> Option<Row> {
-    let EngineChoice::Liggghts(options) = &setup.engine else {
-        return None;
+    let options = match &setup.engine {
+        EngineChoice::Native => return None,
+        EngineChoice::Liggghts(options) => options,
+        EngineChoice::Process(program) => {
+            return Some(row("engine", program.command.join(" "), "in a process of its own"));
+        }
     };
     let process = match options.process {
         LiggghtsProcess::Worker => "in a process of its own",

@@ -61,6 +61,7 @@ pub(super) fn options(flags: &RunFlags, answer: &'static str) -> Result<RunOptio
     let options = RunOptions {
         progress: Some(Arc::new(Terminal::new(flags.quiet))),
         max_walltime: flags.max_walltime,
+        allow_engine: flags.allow_engine,
         ..RunOptions::default()
     };
     signals::listen(&options, answer)?;

@@ -52,7 +52,7 @@ pub(super) fn validate(arguments: &ValidateArguments) -> Result<bool> {
     if let Some(out) = &arguments.out {
         checks::prepare(out)?;
     }
-    let flags = RunFlags { quiet: false, max_walltime: arguments.max_walltime };
+    let flags = RunFlags { quiet: false, allow_engine: false, max_walltime: arguments.max_walltime };
     let full = level == Level::Full || cases.iter().any(|case| case.level() == Level::Full);
     let kept = arguments.out.clone().filter(|_| full);
     let answer = if kept.is_some() { run::STOPPING } else { "stopping" };

@@ -74,8 +74,8 @@ impl System {
             gravity: setup.gravity,
             substeps: setup.substeps,
             options: match &setup.engine {
-                EngineChoice::Native => LiggghtsOptions::default(),
                 EngineChoice::Liggghts(options) => options.clone(),
+                EngineChoice::Native | EngineChoice::Process(_) => LiggghtsOptions::default(),
             },
         }
     }

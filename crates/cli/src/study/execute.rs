@@ -150,6 +150,7 @@ fn bench(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     command.args(planned.options.iter().flat_map(|option| ["--set", option]));
     command
         .args(study.threads.into_iter().flat_map(|threads| ["--threads".to_string(), threads.to_string()]));
+    command.args(options.allow_engine.then_some("--allow-engine"));
     let folder = study.out.join(&planned.name);
     fs::create_dir_all(&folder).map_err(|error| Error::io("create", &folder, error))?;
     let start = Instant::now();

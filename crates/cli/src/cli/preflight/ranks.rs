@@ -23,8 +23,8 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
             "with 2 us per message and 10 GB/s, nothing hidden behind work".into(),
         ],
     ]));
-    if matches!(setup.engine, EngineChoice::Liggghts(_)) {
-        lines.push("  without LIGGGHTS, which moves all particles at rank 0".into());
+    if setup.engine != EngineChoice::Native {
+        lines.push("  without the engine, which moves all particles at rank 0".into());
     }
     lines.join("\n")
 }

@@ -1,0 +1,62 @@
+"""The engine's end of Turbid's engine protocol (docs/engine-protocol.md), for engines in Python.
+
+Import it before anything that prints: messages keep the standard output, and what is printed goes to the log.
+"""
+import json
+import os
+import struct
+
+HELLO, SET_UP, READY, ADVANCE, STATES, LIST, CONTACTS, SAVE, SAVED, RESTORE, GOODBYE, ERROR = range(1, 13)
+WALL = 2 ** 64 - 1  # Less the index of a wall: stands for it in contacts.
+
+_input = os.fdopen(os.dup(0), "rb")
+_output = os.fdopen(os.dup(1), "wb")
+os.dup2(2, 1)
+
+
+class Refusal(Exception):
+    """What the engine cannot do, in words for the user."""
+
+
+def _send(kind, payload=b""):
+    _output.write(struct.pack("<IIQ", kind, 0, len(payload)) + payload)
+    _output.flush()
+
+
+def _answer(engine, kind, payload):
+    if kind == HELLO:
+        return HELLO, struct.pack("<8sII", b"turbidEP", 1, 0) + json.dumps(engine.hello).encode()
+    if kind == SET_UP:
+        length, = struct.unpack_from("<Q", payload)
+        bodies = struct.iter_unpack("<QQ13d", payload[8 + length:])
+        engine.set_up(json.loads(payload[8:8 + length]), list(bodies))
+        return READY, b""
+    if kind == ADVANCE:
+        step, substeps = struct.unpack_from("<dQ", payload)
+        states = engine.advance(step, substeps, list(struct.iter_unpack("<Q6d", payload[16:])))
+        return STATES, b"".join(struct.pack("<Q19d", *state) for state in states)
+    if kind == LIST:
+        return CONTACTS, b"".join(struct.pack("<QQ3d", *contact) for contact in engine.contacts())
+    if kind == SAVE:
+        return SAVED, engine.save()
+    if kind == RESTORE:
+        engine.restore(payload)
+        return READY, b""
+    raise Refusal(f"the message {kind} is not known")
+
+
+def serve(engine):
+    """Answers messages until Turbid says goodbye or ends.
+
+    `engine` has `hello` and, for the messages of the same names, `set_up(case, bodies)`, `advance(step, substeps, loads)`,
+    `contacts()`, `save()` and `restore(saved)`; records are tuples of numbers in the order of the protocol.
+    """
+    while True:
+        head = _input.read(16)
+        kind, _, length = struct.unpack("<IIQ", head) if len(head) == 16 else (GOODBYE, 0, 0)
+        if kind == GOODBYE:
+            return
+        try:
+            _send(*_answer(engine, kind, _input.read(length)))
+        except Refusal as refusal:
+            _send(ERROR, str(refusal).encode())

@@ -1,0 +1,169 @@
+use super::*;
+use crate::setup::{BoxSection, ShapeSection, SurfaceSection, TemplateSection, WallSection};
+use proptest::prelude::*;
+
+const IDS: [u64; 3] = [2, 5, 9];
+
+fn case() -> SetUp {
+    SetUp {
+        domain: BoxSection { size: [1.0 / 3.0, f64::MIN_POSITIVE, 1e300], periodic: [true, false, true] },
+        gravity: [0.0, -0.0, -9.81],
+        templates: vec![
+            TemplateSection {
+                shape: ShapeSection::Sphere { radius: 0.1 + 0.2 },
+                mass: 1e-9,
+                inertia: [1e-300; 3],
+                material: 1,
+            },
+            TemplateSection {
+                shape: ShapeSection::Polyhedron { vertices: vec![[0.0; 3]; 4], faces: vec![vec![0, 1, 2]] },
+                mass: 1.0,
+                inertia: [1.0, 2.0, 3.0],
+                material: 0,
+            },
+        ],
+        contact: None,
+        walls: vec![WallSection {
+            name: "z-".to_owned(),
+            material: 0,
+            velocity: [1.0, 0.0, 0.0],
+            surface: SurfaceSection::Plane { point: [0.0; 3], normal: [0.0, 0.0, 1.0] },
+        }],
+        options: serde_json::Value::Null,
+    }
+}
+
+fn states() -> Vec<State> {
+    let state = |&id: &u64| State { id, orientation: [0.0, 0.0, 0.6, 0.8], ..State::default() };
+    IDS.iter().map(state).collect()
+}
+
+fn of_states(states: &[State]) -> Outcome<Vec<State>> {
+    read_states(cast_slice(states), &IDS, true)
+}
+
+fn contacts() -> Vec<ContactForce> {
+    let pairs = [(2, 5), (5, 9), (2, ContactState::of_wall(1))];
+    pairs.map(|(first, second)| ContactForce { first, second, force: [1.0; 3] }).to_vec()
+}
+
+/// All messages of both directions.
+fn wire() -> Vec<u8> {
+    let body = Body { id: 7, template: 1, position: [1.0 / 3.0; 3], ..Body::default() };
+    let load = AppliedLoad { id: 7, force: [0.1 + 0.2; 3], torque: [-0.0; 3] };
+    let mut wire = Vec::new();
+    for (kind, payload) in [
+        (Kind::Hello, hello(&Hello { name: "x".to_owned(), ..Hello::default() })),
+        (Kind::SetUp, set_up(&case(), &[body])),
+        (Kind::Ready, Vec::new()),
+        (Kind::Advance, advance(1e-5, 3, &[load])),
+        (Kind::Save, Vec::new()),
+        (Kind::Saved, vec![1, 2, 3]),
+        (Kind::Contacts, Vec::new()),
+        (Kind::Error, b"no".to_vec()),
+    ] {
+        write(&mut wire, kind, &payload).unwrap();
+    }
+    wire
+}
+
+#[test]
+fn a_set_up_and_loads_arrive_as_they_were_sent_to_the_bit() {
+    let bodies = [Body { id: 3, template: 1, position: [1.0 / 3.0, -0.0, 5e-324], ..Body::default() }];
+    let (plan, read) = read_set_up(&set_up(&case(), &bodies)).unwrap();
+    // Text tells 0 from -0.
+    assert_eq!((format!("{plan:?}"), format!("{read:?}")), (format!("{:?}", case()), format!("{bodies:?}")));
+    let loads = [AppliedLoad { id: 3, force: [f64::MIN_POSITIVE; 3], torque: [0.1; 3] }];
+    let (step, substeps, read) = read_advance(&advance(0.1 + 0.2, 7, &loads)).unwrap();
+    assert_eq!((step.to_bits(), substeps, &read[..]), ((0.1_f64 + 0.2).to_bits(), 7, &loads[..]));
+}
+
+#[test]
+fn states_come_in_any_order_and_contacts_name_walls() {
+    let mut reversed = states();
+    reversed.reverse();
+    assert_eq!(of_states(&reversed), Ok(states()));
+    assert_eq!(read_contacts(cast_slice(&contacts()), &IDS, 2), Ok(contacts()));
+}
+
+#[test]
+fn a_state_or_contact_that_cannot_be_is_refused_with_its_field() {
+    let state = |change: &dyn Fn(&mut State)| {
+        let mut states = states();
+        change(&mut states[1]);
+        of_states(&states).unwrap_err()
+    };
+    for (text, words) in [
+        (state(&|s| s.id = 4), "field `id` of record 1: there is no particle 4"),
+        (state(&|s| s.id = 2), "particle 2 for the second time"),
+        (state(&|s| s.position[2] = f64::INFINITY), "field `position` of particle 5: inf"),
+        (state(&|s| s.contact_torque[0] = f64::NAN), "field `contact_torque` of particle 5: NaN"),
+        (state(&|s| s.orientation[3] = 0.9), "field `orientation` of particle 5"),
+        (of_states(&states()[1..]).unwrap_err(), "2 records for 3 particles"),
+    ] {
+        assert!(text.contains(words) && text.contains("`states`"), "{text}");
+    }
+    let contact = |change: &dyn Fn(&mut ContactForce)| {
+        let mut contacts = contacts();
+        change(&mut contacts[1]);
+        read_contacts(cast_slice(&contacts), &IDS, 2).unwrap_err()
+    };
+    for (text, words) in [
+        (contact(&|c| c.first = 3), "field `first` of record 1: there is no particle 3"),
+        (contact(&|c| c.second = ContactState::of_wall(2)), "field `second` of record 1"),
+        (contact(&|c| c.second = 5), "5 is not above `first`, 5"),
+        (contact(&|c| c.force[1] = f64::NAN), "field `force` of record 1"),
+        (contact(&|c| (c.first, c.second) = (2, 5)), "2 with 5 for the second time"),
+    ] {
+        assert!(text.contains("`contacts`") && text.contains(words), "{text}");
+    }
+}
+
+#[test]
+fn a_message_that_is_cut_or_of_another_version_is_an_error_and_not_a_panic() {
+    let wire = wire();
+    assert!(read_messages(&wire));
+    let mut whole = Vec::new();
+    let mut rest = &wire[..];
+    while !rest.is_empty() {
+        read(&mut rest, LARGE).unwrap();
+        whole.push(wire.len() - rest.len());
+    }
+    for length in 1..wire.len() {
+        assert_eq!(read_messages(&wire[..length]), whole.contains(&length), "{length}");
+    }
+    let mut later = hello(&Hello::default());
+    later[8] = 2;
+    assert!(read_hello(&later).unwrap_err().contains("field `version` is 2, and this turbid has 1"));
+    let long = [&1_u32.to_le_bytes()[..], &[0; 4], &u64::MAX.to_le_bytes()].concat();
+    let error = read(&mut &long[..], u64::MAX).unwrap_err().to_string();
+    assert!(error.contains("`hello`") && error.contains("field `length`"), "{error}");
+    // More than there is, and no more memory than has come.
+    let missing = [&9_u32.to_le_bytes()[..], &[0; 4], &(1_u64 << 39).to_le_bytes(), &[1; 9]].concat();
+    assert_eq!(read(&mut &missing[..], u64::MAX).unwrap_err().kind(), io::ErrorKind::UnexpectedEof);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100_000, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_bytes_behind_any_head_are_read_or_refused(
+        kind in 0..14_u32,
+        length in prop_oneof![0..400_u64, any::<u64>()],
+        bytes in proptest::collection::vec(any::<u8>(), 0..400),
+        greets: bool,
+    ) {
+        let hello = if greets { hello(&0)[..HEAD].to_vec() } else { Vec::new() };
+        let length = if length < 400 { (hello.len() + bytes.len()) as u64 } else { length };
+        let head = [&kind.to_le_bytes()[..], &[0; 4], &length.to_le_bytes()].concat();
+        read_messages(&[&head[..], &hello, &bytes].concat());
+        let _ = read_states(&bytes, &IDS, true).and(read_contacts(&bytes, &IDS, 2));
+    }
+
+    #[test]
+    fn a_changed_byte_is_read_or_refused(at in 0..wire().len(), value: u8) {
+        let mut wire = wire();
+        wire[at] = value;
+        read_messages(&wire);
+    }
+}

@@ -1,0 +1,224 @@
+//! The JSON of the messages `hello` and `set-up`: what an engine can do, and the case that it gets.
+
+use serde::{Deserialize, Serialize};
+use turbid_core::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
+use turbid_core::math::Vec3;
+use turbid_core::particle::Template;
+use turbid_core::shape::Shape;
+use turbid_core::wall::{Surface, Wall};
+
+/// What an engine says of itself.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Its name, and its version if it has one, for messages; a saved state goes only to an engine of the same name.
+    pub name: String,
+    /// Kinds of [`ShapeSection`] that it moves.
+    pub shapes: Vec<String>,
+    /// Kinds of [`SurfaceSection`] that it has walls of.
+    #[serde(default)]
+    pub walls: Vec<String>,
+    /// True if its states have orientations. If not, Turbid integrates them from the angular velocities: for spheres only.
+    #[serde(default)]
+    pub orientations: bool,
+    /// True if it lists contacts.
+    #[serde(default)]
+    pub contacts: bool,
+    /// True if it saves its state.
+    #[serde(default)]
+    pub saves: bool,
+}
+
+/// The case, SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetUp {
+    /// The box, from the origin.
+    #[serde(rename = "box")]
+    pub domain: BoxSection,
+    /// Acceleration of every particle (m/s^2); buoyancy is part of the loads.
+    pub gravity: [f64; 3],
+    /// Bodies; particles name theirs by its index.
+    pub templates: Vec<TemplateSection>,
+    /// Contacts; without, particles pass through each other and through walls, and there are no walls here.
+    pub contact: Option<ContactSection>,
+    /// Walls.
+    pub walls: Vec<WallSection>,
+    /// Whatever else the engine is told.
+    #[serde(default)]
+    pub options: serde_json::Value,
+}
+
+/// The box.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BoxSection {
+    /// Edges (m).
+    pub size: [f64; 3],
+    /// Periodic directions.
+    pub periodic: [bool; 3],
+}
+
+/// Geometry, mass and material of particles.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TemplateSection {
+    /// Geometry in the body frame.
+    pub shape: ShapeSection,
+    /// Mass (kg).
+    pub mass: f64,
+    /// Principal moments of inertia (kg m^2).
+    pub inertia: [f64; 3],
+    /// Index of the material.
+    pub material: usize,
+}
+
+/// A convex body about its centre of mass, along its principal axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[allow(missing_docs, reason = "lengths (m)")]
+pub enum ShapeSection {
+    Sphere {
+        radius: f64,
+    },
+    Ellipsoid {
+        semi_axes: [f64; 3],
+    },
+    /// Along z.
+    Cylinder {
+        radius: f64,
+        half_length: f64,
+    },
+    /// Indices of vertices by face, counter-clockwise seen from outside; cuboids are some of these.
+    Polyhedron {
+        vertices: Vec<[f64; 3]>,
+        faces: Vec<Vec<u32>>,
+    },
+}
+
+impl ShapeSection {
+    /// The shape, if the protocol has its kind.
+    pub(crate) fn of(shape: &dyn Shape) -> Option<Self> {
+        if let Some(radius) = shape.as_sphere() {
+            return Some(Self::Sphere { radius });
+        }
+        if let Some(semi_axes) = shape.as_ellipsoid() {
+            return Some(Self::Ellipsoid { semi_axes: semi_axes.into() });
+        }
+        if let Some((radius, half_length)) = shape.as_cylinder() {
+            return Some(Self::Cylinder { radius, half_length });
+        }
+        shape.as_polyhedron().map(|body| Self::Polyhedron {
+            vertices: body.vertices.iter().map(|&vertex| vertex.into()).collect(),
+            faces: body.faces.iter().map(|face| face.corners.clone()).collect(),
+        })
+    }
+
+    /// Its kind, as the engine says it.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Sphere { .. } => "sphere",
+            Self::Ellipsoid { .. } => "ellipsoid",
+            Self::Cylinder { .. } => "cylinder",
+            Self::Polyhedron { .. } => "polyhedron",
+        }
+    }
+}
+
+impl TemplateSection {
+    pub(crate) fn of(template: &Template) -> Option<Self> {
+        Some(Self {
+            shape: ShapeSection::of(&*template.shape)?,
+            mass: template.mass(),
+            inertia: template.inertia().into(),
+            material: template.material,
+        })
+    }
+}
+
+/// Parameters of contacts; an engine uses those that its law has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ContactSection {
+    /// Distance by which the surface of every particle is grown for contacts (m).
+    pub enlargement: f64,
+    /// The elastic law of the case.
+    pub law: ElasticLaw,
+    /// The damping of the case.
+    pub damping: DampingLaw,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Pairs of materials: entry `a * materials.len() + b`, symmetric.
+    pub pairs: Vec<PairParams>,
+}
+
+impl ContactSection {
+    pub(crate) fn of(model: &ContactModel) -> Self {
+        Self {
+            enlargement: model.enlargement,
+            law: model.law,
+            damping: model.damping,
+            materials: model.materials.clone(),
+            pairs: model.pairs.clone(),
+        }
+    }
+
+    /// A pair of materials, given by their indices.
+    pub fn pair(&self, a: usize, b: usize) -> &PairParams {
+        &self.pairs[a * self.materials.len() + b]
+    }
+}
+
+/// A wall, whose surface stays where it is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WallSection {
+    /// Name for messages.
+    pub name: String,
+    /// Index of the material.
+    pub material: usize,
+    /// Velocity along the surface (m/s).
+    pub velocity: [f64; 3],
+    /// The surface.
+    pub surface: SurfaceSection,
+}
+
+/// The surface of a wall; lengths in m.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+#[allow(missing_docs, reason = "as in turbid_core::wall::Surface")]
+pub enum SurfaceSection {
+    /// `normal` is a unit vector into the free space.
+    Plane { point: [f64; 3], normal: [f64; 3] },
+    /// The free space is inside; `axis` is a unit vector.
+    Pipe { point: [f64; 3], axis: [f64; 3], radius: f64 },
+    /// The free space is outside.
+    Rod { point: [f64; 3], axis: [f64; 3], radius: f64 },
+}
+
+impl WallSection {
+    pub(crate) fn of(wall: &Wall) -> Self {
+        let surface = match wall.surface {
+            Surface::Plane { point, normal } => {
+                SurfaceSection::Plane { point: point.into(), normal: normal.into() }
+            }
+            Surface::Cylinder { point, axis, radius, pipe } => {
+                let (point, axis) = (point.into(), axis.into());
+                if pipe {
+                    SurfaceSection::Pipe { point, axis, radius }
+                } else {
+                    SurfaceSection::Rod { point, axis, radius }
+                }
+            }
+        };
+        let (name, velocity) = (wall.name.clone(), wall.motion.velocity.into());
+        Self { name, material: wall.material, velocity, surface }
+    }
+}
+
+/// Why no engine of the protocol has this wall: its surface would not stay where it is.
+pub fn wall_flaw(wall: &Wall) -> Option<&'static str> {
+    let velocity = wall.motion.velocity;
+    match wall.surface {
+        _ if wall.motion.angular_velocity != Vec3::zeros() => Some("turns"),
+        Surface::Plane { normal, .. } if velocity.dot(&normal).abs() > 1e-9 * velocity.norm() => {
+            Some("moves along its normal")
+        }
+        Surface::Cylinder { .. } if velocity != Vec3::zeros() => Some("is a cylinder that moves"),
+        _ => None,
+    }
+}

@@ -1,0 +1,272 @@
+//! Runs with a program that moves the particles: the engine in Python end to end, and programs that break the protocol.
+
+use crate::common::child::{Guard, poll, rows};
+use crate::common::{Place, column, has, in_tree, words};
+use std::fs;
+use std::io::Read;
+use std::time::Duration;
+
+/// A folder with the engine in Python and its case, which has this many steps.
+fn place(steps: u64) -> Place {
+    let read = |name: &str| fs::read_to_string(in_tree("ffi/engines/python").join(name)).unwrap();
+    let case = read("settling.toml").replace("out/python_engine", "out");
+    let place = Place::new(&case.replace("steps = 400", &format!("steps = {steps}")));
+    place.write("spheres.py", &read("spheres.py"));
+    place
+}
+
+/// The same with another program in its place: this text, after the names of messages and the functions of the real one.
+fn with_program(body: &str) -> Place {
+    let place = place(16);
+    let head = place.text("spheres.py");
+    let (head, _) = head.split_once("def contacts").unwrap();
+    place.write("spheres.py", &format!("{head}\n{body}\n"));
+    place
+}
+
+/// A program that answers all messages, some of them as `answers` says: `kind: lambda: send(...)`.
+fn answering(answers: &str) -> Place {
+    with_program(&format!(
+        r#"
+hello = {{"name": "odd 1", "shapes": ["sphere"], "walls": ["plane"], "contacts": True, "saves": True}}
+
+def greet(magic=b"turbidEP", version=1, **more):
+    send(HELLO, struct.pack("<8sII", magic, version, 0) + json.dumps(hello | more).encode())
+
+def states(change=lambda n, state: None, count=None):
+    records = []
+    for n, s in enumerate(spheres[:count]):
+        state = [s[0], *s[4], 0, 0, 0, 1, *s[5], *s[6], *s[7], *s[8]]
+        change(n, state)
+        records.append(struct.pack("<Q19d", *state))
+    send(STATES, b"".join(records))
+
+def put(at, value):
+    def change(n, state):
+        if n == 3:
+            state[at] = value
+    return change
+
+answers = {{{answers}}}
+while True:
+    kind, payload = receive()
+    if kind == GOODBYE:
+        break
+    if kind == SET_UP:
+        case, spheres = set_up(payload)
+    if kind in answers:
+        answers[kind]()
+    elif kind == HELLO:
+        greet()
+    elif kind == SET_UP or kind == RESTORE:
+        send(READY)
+    elif kind == ADVANCE:
+        states()
+    else:
+        send(kind + 1)
+"#
+    ))
+}
+
+const RUN: [&str; 4] = ["run", "case.toml", "--allow-engine", "--quiet"];
+
+#[test]
+fn a_case_runs_no_program_unless_it_is_allowed() {
+    let place = with_program("open('ran', 'w')");
+    let said = place.ends(2, &["run", "case.toml"]);
+    has(&said, &["case.toml:25:", "`dem.engine`", "python3 spheres.py", "--allow-engine"]);
+    place.ends(2, &["bench", "case.toml", "--steps", "1"]);
+    has(&place.well(&["check", "case.toml"]), &["python3 spheres.py"]);
+    assert!(!place.path("ran").exists() && !place.path("out").exists());
+    for (key, words) in
+        [("timeout=0", "above 0"), ("command=[]", "`dem.engine.command`"), ("comand=[]", "comand")]
+    {
+        let key = format!("dem.engine.{key}");
+        has(&place.ends(2, &["run", "case.toml", "--allow-engine", "--set", &key]), &[words]);
+    }
+}
+
+#[test]
+fn a_run_with_the_engine_in_python_is_near_the_native_one_and_the_same_on_any_number_of_threads() {
+    let run = |more: &[&str]| {
+        let place = place(400);
+        place.well(&[&RUN[..], more].concat());
+        let settling = column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)");
+        (settling, place.summary("out")["state_hash"].clone())
+    };
+    let (native, _) = run(&["--set", "dem.engine=native"]);
+    let (python, hash) = run(&["--threads", "1"]);
+    assert_eq!(hash, run(&["--threads", "2"]).1, "2 threads");
+    assert_eq!(hash, run(&["--threads", "3"]).1, "3 threads");
+    assert_eq!(native.len(), python.len());
+    for (a, b) in native.iter().zip(&python).skip(1) {
+        assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
+    }
+}
+
+#[test]
+fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_another_folder() {
+    let whole = place(48);
+    whole.well(&RUN);
+    let half = place(24);
+    half.well(&[&RUN[..], &["--set", "output.checkpoint_every={ steps = 24 }"]].concat());
+    let resume = ["resume", "out", "--set", "run.end={ steps = 48 }"];
+    has(&half.ends(2, &resume), &["--allow-engine"]);
+    fs::create_dir(half.path("elsewhere")).unwrap();
+    fs::rename(half.path("out"), half.path("elsewhere/out")).unwrap();
+    let mut elsewhere = half.turbid(&resume);
+    elsewhere.arg("--allow-engine").current_dir(half.path("elsewhere"));
+    crate::common::well(&mut elsewhere);
+    let hash = |place: &Place, out: &str| place.summary(out)["state_hash"].clone();
+    assert_eq!(hash(&whole, "out"), hash(&half, "elsewhere/out"));
+}
+
+#[test]
+fn a_message_that_breaks_the_protocol_is_an_error_that_names_the_program_the_message_and_the_field() {
+    for (answers, code, expected) in [
+        ("HELLO: lambda: greet(version=2)", 2, &["message `hello`", "field `version` is 2"][..]),
+        ("HELLO: lambda: greet(magic=b'other   ')", 2, &["message `hello`", "field `magic`"]),
+        ("HELLO: lambda: greet(shapes=3)", 2, &["message `hello`", "JSON"]),
+        (
+            "HELLO: lambda: greet(shapes=['polyhedron'])",
+            2,
+            &["a particle that is a sphere", "has polyhedron"],
+        ),
+        ("HELLO: lambda: send(READY)", 2, &["answered `hello` with the message `ready`"]),
+        ("HELLO: lambda: send(99)", 2, &["field `kind` of a message is 99"]),
+        ("SET_UP: lambda: send(ERROR, b'I cannot')", 2, &["refuses the set-up: I cannot"]),
+        ("SET_UP: lambda: send(READY, b'more')", 2, &["message `ready`", "field `length` is 4"]),
+        ("ADVANCE: lambda: send(ERROR, b'no more')", 3, &["failed at step 0", "no more"]),
+        ("ADVANCE: lambda: send(STATES, bytes(161))", 3, &["message `states`", "161 bytes", "160"]),
+        (
+            "ADVANCE: lambda: send(STATES, bytes(160 * 99))",
+            3,
+            &["message `states`", "field `length` is 15840"],
+        ),
+        ("ADVANCE: lambda: states(count=3)", 3, &["3 records for"]),
+        ("ADVANCE: lambda: states(put(0, 2))", 3, &["field `id`", "particle 2 for the second time"]),
+        ("ADVANCE: lambda: states(put(0, 77))", 3, &["field `id`", "no particle 77"]),
+        ("ADVANCE: lambda: states(put(8, math.nan))", 3, &["field `velocity` of particle 3", "NaN"]),
+        ("ADVANCE: lambda: states(put(1, math.inf))", 3, &["field `position` of particle 3", "inf"]),
+        ("ADVANCE: lambda: sys.exit(5)", 3, &["exit code 5"]),
+        ("ADVANCE: lambda: 1 / 0", 3, &["exit code 1", "ZeroDivisionError", "process.log"]),
+        ("SAVE: lambda: 1 / 0", 3, &["exit code 1"]),
+        (
+            "LIST: lambda: send(CONTACTS, struct.pack('<QQ3d', 3, 2, 0, 0, 0))",
+            3,
+            &["message `contacts`", "above `first`"],
+        ),
+        ("LIST: lambda: send(CONTACTS, struct.pack('<QQ3d', 1, 99, 0, 0, 0))", 3, &["field `second`", "99"]),
+    ] {
+        let place = answering(answers);
+        let every = "{ steps = 8 }";
+        let set = [format!("output.checkpoint_every={every}"), format!("output.contacts_every={every}")];
+        let said = place.ends(code, &[&RUN[..], &["--set", &set[0], "--set", &set[1]]].concat());
+        has(&said, &[expected, &["python3 spheres.py"]].concat());
+    }
+}
+
+/// The process that this run has started and that has made some steps.
+fn engine_of(run: &Guard, place: &Place) -> i32 {
+    poll("the engine", || {
+        let found =
+            fs::read_to_string(format!("/proc/{0}/task/{0}/children", run.0.id())).unwrap_or_default();
+        let child = found.split_whitespace().next().and_then(|child| child.parse().ok());
+        child.filter(|_| rows(&place.path("out/series.csv")) > 3)
+    })
+}
+
+#[test]
+fn a_program_that_is_stopped_or_killed_ends_the_run_in_time_with_its_files_intact() {
+    for (signal, expected) in
+        [(libc::SIGSTOP, "has not answered for 1.0 s (see `dem.engine.timeout`)"), (libc::SIGKILL, "SIGKILL")]
+    {
+        let place = place(1_000_000);
+        let mut run = Guard::of(
+            place.turbid(&[&RUN[..], &["--set", "dem.engine.timeout=1", "--threads", "1"]].concat()),
+        );
+        let engine = engine_of(&run, &place);
+        // SAFETY: sends a signal to a process that this test has started.
+        assert_eq!(unsafe { libc::kill(engine, signal) }, 0);
+        let start = std::time::Instant::now();
+        let status = poll("the end of the run", || run.0.try_wait().unwrap());
+        assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+        let mut said = String::new();
+        run.0.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        assert_eq!(status.code(), Some(3), "{said}");
+        has(&said, &["process engine failed at step", expected]);
+        let rows = column(&place.path("out/series.csv"), "t (s)");
+        assert!(rows.len() > 2 && rows.is_sorted(), "{rows:?}");
+        // SAFETY: asks whether the process is there.
+        assert_ne!(unsafe { libc::kill(engine, 0) }, 0, "the engine lives on");
+    }
+}
+
+/// A folder with an engine of `ffi/engines` and its case, which has this many steps.
+fn of_engine(name: &str, steps: u64) -> Place {
+    let read = |file: &str| fs::read_to_string(in_tree("ffi/engines").join(file)).unwrap();
+    let place = Place::empty();
+    fs::create_dir(place.path(name)).unwrap();
+    place.write("protocol.py", read("protocol.py"));
+    place.write(&format!("{name}/engine.py"), read(&format!("{name}/engine.py")));
+    let case = read(&format!("{name}/settling.toml")).replace(&format!("out/{name}_engine"), "out");
+    place.write(&format!("{name}/case.toml"), case.replace("steps = 400", &format!("steps = {steps}")));
+    place
+}
+
+/// Passes without doing anything where LAMMPS is not installed; `test.sh` installs it.
+#[test]
+fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes() {
+    let installed = fs::read_dir("/usr/lib").unwrap().flatten();
+    if !installed.map(|folder| folder.path().join("liblammps.so.0")).any(|library| library.exists()) {
+        return;
+    }
+    let run = ["run", "lammps/case.toml", "--allow-engine", "--quiet"];
+    let outcome = |steps: u64, more: &[&str]| {
+        let place = of_engine("lammps", steps);
+        place.well(&[&run[..], more].concat());
+        (column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)"), place)
+    };
+    let hash = |place: &Place| place.summary("out")["state_hash"].clone();
+    let (native, _) = outcome(400, &["--set", "dem.engine=native"]);
+    let (lammps, whole) = outcome(400, &["--threads", "1"]);
+    assert_eq!(hash(&whole), hash(&outcome(400, &["--threads", "3"]).1), "3 threads");
+    assert_eq!(native.len(), lammps.len());
+    for (a, b) in native.iter().zip(&lammps).skip(1) {
+        assert!((a / b - 1.0).abs() < 0.01, "{a} {b}");
+    }
+    let every = [
+        "--set",
+        "output.checkpoint_every={ steps = 200 }",
+        "--set",
+        "output.contacts_every={ steps = 100 }",
+    ];
+    let (_, whole) = outcome(400, &every);
+    let (_, half) = outcome(200, &every);
+    half.well(&["resume", "out", "--allow-engine", "--threads", "2", "--set", "run.end={ steps = 400 }"]);
+    assert_eq!(hash(&whole), hash(&half), "resumed");
+}
+
+/// Passes without doing anything where YADE, which takes more than a gigabyte, is not installed.
+#[test]
+fn yade_settles_spheres_and_cubes_as_the_native_engine_does_on_any_number_of_threads() {
+    if !std::path::Path::new("/usr/lib/x86_64-linux-gnu/yade-double/py").exists() {
+        return;
+    }
+    let sphere =
+        ["--set", "particles.0.shape.sphere.diameter=1.5e-3", "--set", "particles.0.volume_fraction=0.2"];
+    for (shape, tolerance) in [(&sphere[..], 0.01), (&[], 0.02)] {
+        let outcome = |more: &[&str]| {
+            let place = of_engine("yade", 300);
+            place.well(&[&["run", "yade/case.toml", "--allow-engine", "--quiet"], shape, more].concat());
+            let settling = column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)");
+            (settling, place.summary("out")["state_hash"].clone())
+        };
+        let (native, _) = outcome(&["--set", "dem.engine=native"]);
+        let (yade, hash) = outcome(&["--threads", "1"]);
+        assert_eq!(hash, outcome(&["--threads", "3"]).1, "3 threads");
+        for (a, b) in native.iter().zip(&yade).skip(1) {
+            assert!((a / b - 1.0).abs() < tolerance, "{shape:?}: {a} {b}");
+        }
+    }
+}
