@@ -9,6 +9,8 @@ need_linker
 need_features mpi,liggghts
 need_device
 need_lammps
+need_c
+need_python
 cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
 cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
 
@@ -32,6 +34,7 @@ stage "lints without features" cargo clippy --locked --all-targets --quiet -- -D
 stage "lints of the library alone" cargo clippy --locked --package turbid --lib --no-default-features --quiet -- -D warnings
 stage "tests without features" env CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false \
     cargo test --locked --profile dev --test program bad_input
+stage "tests of the Python package" ./scripts/python.sh
 # One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks. There is a device, if only the
 # processor; tests that need one must not pass without.
 echo "== tests" >&2

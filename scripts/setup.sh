@@ -82,6 +82,20 @@ need_lammps() {
     any_file /usr/lib/*/liblammps.so.0 || install_packages LAMMPS liblammps0
 }
 
+# The Python package: the interpreter, and what makes virtual environments.
+need_python() {
+    have python3 || install_packages "Python" python3 python3-venv
+    python3 -c 'import venv, ensurepip' 2>/dev/null || install_packages "virtual environments of Python" python3-venv
+}
+
+# The C API: what its example is built with.
+need_c() {
+    missing=
+    have make || missing="$missing make"
+    have pkg-config || missing="$missing pkg-config"
+    [ -z "$missing" ] || install_packages "what builds the example of the C API" $missing
+}
+
 # What these cargo features, with commas or blanks between them, need besides Rust.
 need_features() {
     case ",$(echo "$1" | tr ' ' ',')," in

@@ -13,6 +13,7 @@ mod observe;
 mod references;
 mod run;
 mod saved;
+mod session;
 mod work;
 mod writers;
 
@@ -25,11 +26,12 @@ use crate::coupling::{
 use crate::dem::{DemEngine, Load};
 #[cfg(feature = "gpu")]
 use crate::device::Device;
-use crate::domain::{Block, Decomposition};
+use crate::domain::{Block, Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams};
 use crate::math::Vec3;
 pub use crate::output::Fields;
+use crate::particle::Template;
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{
@@ -47,7 +49,9 @@ pub use run::{
     MoreWriters, Progress, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with,
     saved_setup,
 };
+pub use session::Session;
 use std::rc::Rc;
+use std::sync::Arc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
     FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_plane,
@@ -63,6 +67,8 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 ///                                   on_ranks        one rank per thread or MPI process
 ///                                   new             a rank of a Decomposition
 ///                                   with_engine     with a DemEngine of the caller
+///                                   caller_driven   with particles that the caller moves
+///                                   Session         on threads of its own, for other languages
 ///                                         |
 ///   read_checkpoint --------------------->+<-------------------------------+
 ///                                         v                                |
@@ -106,6 +112,8 @@ pub struct Simulation {
     /// Step of the last checkpoint that was written or read.
     checkpoint: Option<u64>,
     external: Option<ExternalLoad>,
+    templates: Arc<[Template]>,
+    domain: Domain,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -221,6 +229,8 @@ impl Simulation {
             block,
             checkpoint: None,
             external: None,
+            templates: setup.templates.clone(),
+            domain: setup.domain,
         })
     }
 

@@ -1,7 +1,7 @@
 //! The run plan: its length and outputs, which may change when a run is resumed.
 
 use super::checks::{Clock, Document};
-use super::file::{CheckpointEvery, Duration, EngineSection, Every};
+use super::file::{CheckpointEvery, Duration, Every};
 use super::overrides::split;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};

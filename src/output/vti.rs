@@ -17,7 +17,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The fluid in a block of cells: one value per cell, x fastest, then y, then z.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fields {
     /// Velocity (m/s); in a particle or a wall that of its motion.
     pub velocity: Vec<[f32; 3]>,

@@ -4,7 +4,8 @@ use super::observe::own_fields;
 use super::{Fields, Simulation, run};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::dem::Load;
+use crate::dem::states::{self, Limits};
+use crate::dem::{Ballistic, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::particle::Particle;
@@ -16,6 +17,36 @@ impl Simulation {
     /// The whole case on one rank in this thread, at rest; errors as [`new`](Self::new).
     pub fn solo(setup: &Setup) -> Result<Self> {
         Self::new(setup, &Decomposition::solo(setup.domain), Comm::Solo)
+    }
+
+    /// The case at rest, with particles that the caller moves: they keep their velocities until
+    /// [`set_particles`](Self::set_particles) gives them other states. Contacts, gravity and prescribed motions of the case are the
+    /// caller's business. Collective.
+    ///
+    /// ```
+    /// use turbid::{Builder, Simulation, comm::Comm, domain::Decomposition};
+    /// let setup = Builder::example().setup()?;
+    /// let mut simulation = Simulation::caller_driven(&setup, &Decomposition::solo(setup.domain), Comm::Solo)?;
+    /// let (mass, dt) = (setup.templates[0].mass(), setup.time_step);
+    /// for _ in 0..10 {
+    ///     let mut sphere = simulation.particles()[0];
+    ///     simulation.step()?;
+    ///     let (_, load) = simulation.loads().next().expect("a particle");
+    ///     let velocity = sphere.velocity() + (load.force / mass + setup.gravity) * dt;
+    ///     sphere.position = (sphere.position() + velocity * dt).into();
+    ///     sphere.velocity = velocity.into();
+    ///     simulation.set_particles(&[sphere])?;
+    /// }
+    /// assert!(simulation.particles()[0].velocity().z < -1e-3);
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`with_engine`](Self::with_engine).
+    pub fn caller_driven(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
+        let templates = setup.templates.clone();
+        let engine = Ballistic::new(decomposition.clone(), comm.rank(), templates, &setup.particles);
+        Self::with_engine(setup, decomposition, comm, Box::new(engine))
     }
 
     /// Calls `body` on every rank with its part of the case, at rest, and returns the result of rank 0. Ranks are threads, as many
@@ -73,6 +104,30 @@ impl Simulation {
     /// velocities in 1/s.
     pub fn particles(&self) -> &[Particle] {
         self.dem.particles().owned()
+    }
+
+    /// Sets position (m), orientation, velocity (m/s) and angular velocity (1/s) of all particles to those of `states`, which are
+    /// ascending by id and the same on every rank; what else they hold is not read. Positions are wrapped; what does not change keeps
+    /// every bit. The fluid meets the new states in the next step. Collective.
+    ///
+    /// ```
+    /// # let mut simulation = turbid::Builder::example().build()?;
+    /// let mut states = simulation.particles().to_vec();
+    /// states[0].velocity = [0.0, 0.0, 1e-3];
+    /// simulation.set_particles(&states)?;
+    /// assert_eq!(simulation.particles()[0].velocity().z, 1e-3);
+    /// assert!(simulation.set_particles(&[]).is_err());
+    /// # Ok::<(), turbid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Input`](crate::Error::Input) on every rank if `states` are not those of all particles, or impossible;
+    /// [`Error::Unsupported`](crate::Error::Unsupported) from an engine of which no states can be set.
+    pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
+        let saved = self.comm.agree(self.dem.save())?;
+        let limits = Limits { templates: &self.templates, domain: self.domain, time_step: self.units.dt };
+        let parts = states::replace(self.dem.name(), &self.comm.all_gather(saved), states, &limits)?;
+        self.dem.restore(&self.comm, &parts)
     }
 
     /// Load of the fluid in the last step, buoyancy included, on each particle that this rank owned in it, with its id, ascending.

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::output::directory::{self, Kind};
 use crate::output::{OutputFiles, Summary};
 use crate::particle::Particle;
-pub(super) use gather::own_fields;
+pub(super) use gather::{fields as all_fields, loads as all_loads, own_fields, particles as all_particles};
 pub(super) use row::settles_for_ever;
 #[cfg(feature = "pictures")]
 pub(super) use row::settling_direction;

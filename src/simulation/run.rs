@@ -196,12 +196,16 @@ pub(super) fn on_ranks<R: Send>(
         let twin = Comm::Mpi(comm.twin());
         return checkpoint::agreed(&twin, body(Comm::Mpi(comm)));
     }
-    let mut results = try_on_threads(decomposition.ranks(), body)?;
-    match results.iter().position(|result| matches!(result, Err(error) if !matches!(error, Error::OtherRank)))
-    {
-        Some(failed) => results.swap_remove(failed),
-        None => results.swap_remove(0),
+    Ok(all_good(try_on_threads(decomposition.ranks(), body)?)?.swap_remove(0))
+}
+
+/// The results of all ranks, or the first error that tells a cause.
+pub(super) fn all_good<R>(mut results: Vec<Result<R>>) -> Result<Vec<R>> {
+    let tells = |result: &Result<R>| matches!(result, Err(error) if !matches!(error, Error::OtherRank));
+    if let Some(failed) = results.iter().position(tells) {
+        results.swap(0, failed);
     }
+    results.into_iter().collect()
 }
 
 /// The number of processes of an MPI job, if the ranks are processes.

@@ -14,6 +14,7 @@ mod random_cases;
 mod same_body;
 mod schema;
 mod seeds;
+mod session;
 mod stress;
 mod walls;
 mod writers;

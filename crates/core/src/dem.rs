@@ -1,4 +1,4 @@
-//! Engines that move the particles: the trait, the native engine, and a ballistic one for tests of the coupling.
+//! Engines that move the particles: the trait, the native engine, and a ballistic one for callers that set the states themselves.
 
 pub mod assign;
 pub mod ballistic;
@@ -7,6 +7,7 @@ pub mod history;
 pub mod integrator;
 pub mod native;
 pub mod saved;
+pub mod states;
 
 use crate::comm::Comm;
 use crate::error::Result;

@@ -55,7 +55,10 @@ impl RankOutput {
 }
 
 /// The particles of all ranks of which `wanted` holds, in ascending order of id, on rank 0; none elsewhere. Collective.
-pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> bool) -> Vec<Particle> {
+pub(in crate::simulation) fn particles(
+    simulation: &Simulation,
+    wanted: impl Fn(&Particle) -> bool,
+) -> Vec<Particle> {
     let own = simulation.dem.particles().owned().iter();
     let mut all = gathered(simulation, own.filter(|p| wanted(p)).copied().collect());
     all.sort_unstable_by_key(|particle| particle.id);
@@ -106,7 +109,11 @@ struct Loaded {
 
 /// The [loads](Simulation::loads) of each of `particles`, ascending by id; zeros at the start, nothing without a fluid. With
 /// `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
-fn loads(simulation: &Simulation, particles: &[Particle], everywhere: bool) -> Option<Vec<Load>> {
+pub(in crate::simulation) fn loads(
+    simulation: &Simulation,
+    particles: &[Particle],
+    everywhere: bool,
+) -> Option<Vec<Load>> {
     simulation.system.as_ref()?;
     let own: Vec<Loaded> = (simulation.loads())
         .map(|(id, load)| Loaded { id, force: load.force.into(), torque: load.torque.into() })
@@ -167,7 +174,10 @@ pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Bloc
 }
 
 /// Fields of the whole box on rank 0, as [`own_fields`], or an error on every rank if one of them has not the memory. Collective.
-fn fields(simulation: &mut Simulation, decomposition: &Decomposition) -> Result<Fields> {
+pub(in crate::simulation) fn fields(
+    simulation: &mut Simulation,
+    decomposition: &Decomposition,
+) -> Result<Fields> {
     let comm = simulation.comm.clone();
     let block = decomposition.block(comm.rank());
     let room = || {

@@ -1,5 +1,5 @@
-//! The shortest engine: particles keep their velocity (or stay fixed), whatever the loads. For
-//! tests of the coupling.
+//! The shortest engine: particles keep their velocity (or stay fixed), whatever the loads. For callers that move the particles
+//! themselves and set their [states](super::states) between steps, and for tests of the coupling.
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;

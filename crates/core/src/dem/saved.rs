@@ -106,7 +106,7 @@ impl Saved {
     }
 
     /// One part, or its defect.
-    fn read(engine: &str, bytes: &[u8]) -> std::result::Result<Self, String> {
+    pub(super) fn read(engine: &str, bytes: &[u8]) -> std::result::Result<Self, String> {
         let (head, mut rest) = bytes
             .split_at_checked(size_of::<Header>())
             .ok_or_else(|| format!("has only {} bytes", bytes.len()))?;

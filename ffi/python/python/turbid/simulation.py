@@ -1,0 +1,299 @@
+"""A case that is stepped in this process."""
+
+import os
+from typing import Any, Callable, Iterable, NamedTuple, Optional, Union
+
+import numpy as np
+
+from . import _turbid
+from .results import Case, split_case
+
+PARTICLE = np.dtype(
+    [
+        ("id", "<u8"),
+        ("kind", "<u8"),
+        ("position", "<f8", 3),
+        ("orientation", "<f8", 4),
+        ("velocity", "<f8", 3),
+        ("angular_velocity", "<f8", 3),
+        ("angular_momentum", "<f8", 3),
+        ("contact_force", "<f8", 3),
+        ("contact_torque", "<f8", 3),
+    ]
+)
+"""A particle: ``position`` of the centre of mass (m), ``orientation`` as unit quaternion (i, j, k, w) from the principal axes of the
+body to those of the box, ``velocity`` (m/s), ``angular_velocity`` (1/s), ``angular_momentum`` (kg m^2/s), ``contact_force`` (N) and
+``contact_torque`` (N m) of the last sub-step. ``kind`` counts the kinds of the case from 0."""
+
+LOAD = np.dtype([("force", "<f8", 3), ("torque", "<f8", 3)])
+"""A load: ``force`` (N) on the centre of mass and ``torque`` (N m) about it."""
+
+Engine = Callable[[np.recarray, np.recarray, float], None]
+"""Moves particles: gets them (:data:`PARTICLE`, to be changed in place), the loads of the fluid (:data:`LOAD`, buoyancy included,
+weight not) and the time step (s)."""
+
+ExternalLoad = Callable[[float, np.recarray], Any]
+"""Loads of the caller: from the time (s) and the particles, forces (N) of shape (n, 3) or loads (:data:`LOAD`) of shape (n,)."""
+
+
+class Fields(NamedTuple):
+    """The fluid on the cells of the box; arrays of ``float32`` that share no memory with the simulation."""
+
+    velocity: np.ndarray
+    """Velocity (m/s), shape (nx, ny, nz, 3); in a particle or a wall that of its motion."""
+    pressure: np.ndarray
+    """Pressure (Pa) above that of the fluid at rest, without the hydrostatic pressure; shape (nx, ny, nz)."""
+    solid_fraction: np.ndarray
+    """Solid volume fraction (-), 1 in walls; shape (nx, ny, nz)."""
+
+
+def _checked(name: str, value: Any, shape: "tuple[int, ...]", dtype: Any = np.float64) -> np.ndarray:
+    """The array of ``value``, or a ``ValueError`` that says what was expected."""
+    dtype = np.dtype(dtype)
+    array = value if isinstance(value, np.ndarray) else np.asarray(value, dtype=dtype)
+    in_columns = array.ndim > 1 and array.flags.f_contiguous and not array.flags.c_contiguous
+    if array.dtype != dtype or array.shape != shape or in_columns:
+        kind = str(dtype) if dtype.names is None else " ".join(dtype.names)
+        got = str(array.dtype) if array.dtype.names is None else " ".join(array.dtype.names)
+        order = "Fortran" if in_columns else "C"
+        raise ValueError(
+            f"{name}: expected an array of {kind} of shape {shape} in C order, got {got} of shape {array.shape} in {order} order"
+        )
+    return array
+
+
+def _column(field: str, meaning: str) -> Any:
+    """A property that is a column of all particles."""
+
+    def read(self: "Simulation") -> np.ndarray:
+        return self.particles[field]
+
+    def write(self: "Simulation", value: Any) -> None:
+        states = self.particles
+        column = states[field]
+        column[...] = _checked(field, value, column.shape)
+        self.particles = states
+
+    return property(read, write, doc=meaning)
+
+
+class Simulation:
+    """A case at rest, ready to be stepped. Arrays are copies of the state, ascending by id, that may be changed and set again.
+
+    :param case: path of a case file (a ``str`` that ends with ``.toml``, or a path object), the text of one, or a dict with its keys.
+    :param options: keys to replace, as ``--set`` of the program: ``["lattice.relaxation_time=0.6"]``.
+    :param threads: number of ranks, each a thread; by default that of the case, else all cores. Results do not depend on it.
+    :param engine: moves the particles in place of the engine of the case: a function (:data:`Engine`), or ``"caller"`` if the caller
+        sets :attr:`particles` after each step. Contacts, gravity and prescribed motions are then its business.
+
+    Raises :class:`turbid.Error` for a case that is not possible, ``ValueError`` for arguments of the wrong type.
+
+    >>> import turbid
+    >>> simulation = turbid.Simulation({
+    ...     "domain": {"size": [4e-3, 4e-3, 4e-3]},
+    ...     "fluid": {"density": 1000.0, "viscosity": 1e-5},
+    ...     "lattice": {"cells_per_diameter": 4, "relaxation_time": 0.6},
+    ...     "particles": [{"shape": {"sphere": {"diameter": 1e-3}}, "density": 2500.0, "list": [[2e-3, 2e-3, 2e-3]]}],
+    ...     "run": {"end": {"steps": 10}},
+    ... })
+    >>> simulation.run()
+    >>> bool(simulation.velocities[0, 2] < 0)
+    True
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        *,
+        options: Iterable[str] = (),
+        threads: Optional[int] = None,
+        engine: Union[None, str, Engine] = None,
+    ) -> None:
+        if not (engine is None or engine == "caller" or callable(engine)):
+            raise ValueError(f'engine: expected None, "caller" or a function, got {engine!r}')
+        form, text = split_case(case)
+        self._session = _turbid.Session(form, text, list(options), threads, engine is not None)
+        self._is_driven = engine is not None
+        self._engine = engine if callable(engine) else None
+        self._external: Optional[ExternalLoad] = None
+        kinds = self._session.kinds()
+        self._of_kind = [np.array([kind[at] for kind in kinds], dtype=float) for at in range(5)]
+        self._kind = self.particles["kind"].astype(int)
+
+    def step(self, count: int = 1) -> None:
+        """Advances by ``count`` time steps. Ctrl-C ends it between two steps; other threads of Python run meanwhile."""
+        if self._engine is None and self._external is None:
+            self._session.advance(count)
+            return
+        for _ in range(count):
+            states = self.particles
+            if self._external is not None:
+                self._set_external(self._external(self.time, states))
+            self._session.advance(1)
+            if self._engine is not None:
+                self._engine(states, self.loads, self.time_step)
+                self.particles = states
+
+    def run(
+        self,
+        until: Optional[float] = None,
+        *,
+        callback: "Optional[Callable[[Simulation], Any]]" = None,
+        every: int = 1,
+    ) -> None:
+        """Advances to the step nearest to the time ``until`` (s), by default to the end of the case, and checks for failures.
+
+        ``callback`` is called with the simulation after each ``every`` steps; the run ends early if it returns ``False``.
+        """
+        last = self._session.end_step if until is None else round(until / self.time_step)
+        if every < 1:
+            raise ValueError(f"every: expected at least 1 step, got {every}")
+        while (left := last - self.steps) > 0:
+            self.step(left if callback is None else min(every, left))
+            if callback is not None and callback(self) is False:
+                break
+        self._session.check()
+
+    @property
+    def time(self) -> float:
+        """Time since the start (s)."""
+        return self.steps * self.time_step
+
+    @property
+    def steps(self) -> int:
+        """Steps done."""
+        return self._session.steps()
+
+    @property
+    def time_step(self) -> float:
+        """Time step (s)."""
+        return self._session.time_step
+
+    @property
+    def end(self) -> float:
+        """Time at the end of the case (s)."""
+        return self._session.end_step * self.time_step
+
+    @property
+    def cells(self) -> "tuple[int, int, int]":
+        """Number of cells (nx, ny, nz)."""
+        return tuple(self._session.cells)
+
+    @property
+    def dx(self) -> float:
+        """Edge of a cell (m). Cell ``(i, j, k)`` has its centre at ``(i + 1/2, j + 1/2, k + 1/2) * dx``."""
+        return self._session.dx
+
+    @property
+    def size(self) -> np.ndarray:
+        """Edges of the box (m), shape (3,). It begins at the origin."""
+        return np.array(self._session.cells) * self.dx
+
+    @property
+    def periodic(self) -> "tuple[bool, bool, bool]":
+        """Whether the box is periodic along x, y, z."""
+        return tuple(self._session.periodic)
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity (m/s^2), shape (3,)."""
+        return np.array(self._session.gravity)
+
+    @property
+    def warnings(self) -> "list[str]":
+        """Warnings about a valid case."""
+        return self._session.warnings
+
+    @property
+    def toml(self) -> str:
+        """The case as the text of a case file."""
+        return self._session.toml
+
+    @property
+    def particles(self) -> np.recarray:
+        """All particles (:data:`PARTICLE`), shape (n,): ``simulation.particles.position[:, 2]`` are heights (m).
+
+        To be set with position, orientation, velocity and angular velocity of all particles; what else is in it follows.
+        """
+        return np.frombuffer(self._session.particles(), dtype=PARTICLE).view(np.recarray)
+
+    @particles.setter
+    def particles(self, states: np.ndarray) -> None:
+        count = len(self._kind)
+        self._session.set_particles(_checked("particles", states, (count,), PARTICLE).tobytes())
+
+    positions = _column("position", "Positions of the centres of mass (m), shape (n, 3); may be set.")
+    orientations = _column("orientation", "Unit quaternions (i, j, k, w), shape (n, 4); see :data:`PARTICLE`. May be set.")
+    velocities = _column("velocity", "Velocities (m/s), shape (n, 3); may be set.")
+    angular_velocities = _column("angular_velocity", "Angular velocities (1/s), shape (n, 3); may be set.")
+
+    @property
+    def loads(self) -> np.recarray:
+        """Loads of the fluid in the last step (:data:`LOAD`), shape (n,): buoyancy is part of them, weight is not. Zeros before the
+        first step and without a fluid."""
+        return np.frombuffer(self._session.loads(), dtype=LOAD).view(np.recarray)
+
+    def set_external_load(self, load: Union[None, np.ndarray, ExternalLoad]) -> None:
+        """Adds loads to those of the fluid, from now on: a function (:data:`ExternalLoad`), which is called before each step, or an
+        array as it returns, which stays. ``None`` ends it. For the engine of the case; others decide themselves what acts."""
+        if self._is_driven:
+            raise ValueError("external load: the caller moves the particles, so no load acts on them")
+        self._external = load if callable(load) else None
+        if not callable(load):
+            self._set_external(np.zeros((len(self._kind), 3)) if load is None else load)
+
+    def _set_external(self, load: Any) -> None:
+        count = len(self._kind)
+        rows = np.zeros(count, dtype=LOAD)
+        if isinstance(load, np.ndarray) and load.dtype.names is not None:
+            rows[...] = _checked("external load", load, (count,), LOAD)
+        else:
+            rows["force"] = _checked("external load", load, (count, 3))
+        self._session.set_external_loads(rows.tobytes())
+
+    def fields(self) -> Fields:
+        """The :class:`Fields` of the whole box as they are now. Raises ``ValueError`` without a fluid."""
+        if not self._session.has_fluid:
+            raise ValueError("fields: the case has no fluid")
+        x, y, z = self.cells
+        # In memory x varies fastest: the arrays are views of it with their axes turned round.
+        velocity, pressure, solid = (np.frombuffer(data, dtype=np.float32) for data in self._session.fields())
+        return Fields(
+            velocity.reshape(z, y, x, 3).transpose(2, 1, 0, 3), pressure.reshape(z, y, x).T, solid.reshape(z, y, x).T
+        )
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Masses of the particles (kg), shape (n,)."""
+        return (self._of_kind[0] * self._of_kind[1])[self._kind]
+
+    @property
+    def volumes(self) -> np.ndarray:
+        """Volumes of the particles (m^3), shape (n,)."""
+        return self._of_kind[1][self._kind]
+
+    @property
+    def radii(self) -> np.ndarray:
+        """Circumscribed radii of the particles (m), shape (n,): the radius of a sphere."""
+        return self._of_kind[2][self._kind]
+
+    @property
+    def moments(self) -> np.ndarray:
+        """Principal moments of inertia of the particles (kg m^2), shape (n, 3)."""
+        return self._of_kind[3][self._kind]
+
+    @property
+    def frames(self) -> np.ndarray:
+        """Unit quaternions (i, j, k, w) from the principal axes of each body to those in which the case gives its shape, shape
+        (n, 4)."""
+        return self._of_kind[4][self._kind]
+
+    def mean_flow(self) -> "tuple[np.ndarray, float]":
+        """Mean velocity of fluid and particles together (m/s), shape (3,), and solid volume fraction (-) of the box."""
+        velocity, fraction = self._session.mean_flow()
+        return np.array(velocity), fraction
+
+    @property
+    def state_hash(self) -> str:
+        """Hash over all populations and particle states, 16 hexadecimal digits: the same for any number of threads."""
+        return f"{self._session.state_hash():016x}"
