@@ -35,7 +35,7 @@ pub(super) fn has_compiler() -> bool {
     unsafe { cudarc::nvrtc::sys::is_culib_present() }
 }
 
-/// Compiles kernels for a compute capability, such as "sm_90", to the bits of the processor's: nothing contracted or relaxed.
+/// Compiles kernels for a compute capability, such as `sm_90`, to the bits of the processor's: nothing contracted or relaxed.
 ///
 /// # Errors
 /// The log of the compiler.
