@@ -21,8 +21,8 @@ PARTICLE = np.dtype(
         ("contact_torque", "<f8", 3),
     ]
 )
-"""A particle: ``position`` of the centre of mass (m), ``orientation`` as unit quaternion (i, j, k, w) from the principal axes of the
-body to those of the box, ``velocity`` (m/s), ``angular_velocity`` (1/s), ``angular_momentum`` (kg m^2/s), ``contact_force`` (N) and
+"""A particle: ``position`` of the centre of mass (m), ``orientation`` as unit quaternion (i, j, k, w) from the principal axes of
+the body to those of the box, ``velocity`` (m/s), ``angular_velocity`` (1/s), ``angular_momentum`` (kg m^2/s), ``contact_force`` (N) and
 ``contact_torque`` (N m) of the last sub-step. ``kind`` counts the kinds of the case from 0."""
 
 LOAD = np.dtype([("force", "<f8", 3), ("torque", "<f8", 3)])
@@ -80,11 +80,12 @@ def _column(field: str, meaning: str) -> Any:
 class Simulation:
     """A case at rest, ready to be stepped. Arrays are copies of the state, ascending by id, that may be changed and set again.
 
-    :param case: path of a case file (a ``str`` that ends with ``.toml``, or a path object), the text of one, or a dict with its keys.
+    :param case: path of a case file (a ``str`` that ends with ``.toml``, or a path object), the text of one, or a dict with
+        its keys.
     :param options: keys to replace, as ``--set`` of the program: ``["lattice.relaxation_time=0.6"]``.
     :param threads: number of ranks, each a thread; by default that of the case, else all cores. Results do not depend on it.
-    :param engine: moves the particles in place of the engine of the case: a function (:data:`Engine`), or ``"caller"`` if the caller
-        sets :attr:`particles` after each step. Contacts, gravity and prescribed motions are then its business.
+    :param engine: moves the particles in place of the engine of the case: a function (:data:`Engine`), or ``"caller"`` if the
+        caller sets :attr:`particles` after each step. Contacts, gravity and prescribed motions are then its business.
 
     Raises :class:`turbid.Error` for a case that is not possible, ``ValueError`` for arguments of the wrong type.
 
@@ -177,7 +178,8 @@ class Simulation:
     @property
     def cells(self) -> "tuple[int, int, int]":
         """Number of cells (nx, ny, nz)."""
-        return tuple(self._session.cells)
+        x, y, z = self._session.cells
+        return x, y, z
 
     @property
     def dx(self) -> float:
@@ -192,7 +194,8 @@ class Simulation:
     @property
     def periodic(self) -> "tuple[bool, bool, bool]":
         """Whether the box is periodic along x, y, z."""
-        return tuple(self._session.periodic)
+        x, y, z = self._session.periodic
+        return x, y, z
 
     @property
     def gravity(self) -> np.ndarray:
