@@ -36,10 +36,11 @@ fn document(text: &str) -> Json {
     serde_json::to_value(table).unwrap()
 }
 
-/// Case and study files of `cases` and of the folders in `validation`.
+/// Case and study files of `cases` and of the folders in `validation` and `ffi/engines`.
 fn shipped() -> Vec<PathBuf> {
     let list = |folder: &Path| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let folders = list(&in_tree("validation")).filter(|path| path.is_dir());
+    let folders = ["validation", "ffi/engines"].into_iter().flat_map(|folder| list(&in_tree(folder)));
+    let folders = folders.filter(|path| path.is_dir());
     let folders: Vec<PathBuf> = folders.chain([in_tree("cases")]).collect();
     let files = folders.iter().flat_map(|folder| list(folder));
     let is_input = |path: &PathBuf| {
@@ -144,6 +145,9 @@ fn what_the_program_refuses_for_its_form_or_range_does_not_fit_the_schema_of_cas
         ("[run]", "[contact]\nsubsteps = 0\n[run]"),
         ("[run]", "[output]\nfields_every = { steps = 0 }\n[run]"),
         ("[run]", "[dem.liggghts]\n[run]"),
+        ("[run]", "[dem]\nengine = { command = [] }\n[run]"),
+        ("[run]", "[dem]\nengine = { command = [\"x\"], timeout = 0 }\n[run]"),
+        ("[run]", "[dem]\nengine = { program = \"x\" }\n[run]"),
         ("[run]", "[dry]\ntime_step = 1e-5\n[run]"),
         ("[run]", "[[walls]]\nname = \"w\"\n[run]"),
         ("[fluid]\ndensity = 1000.0\narchimedes = 1000", ""),

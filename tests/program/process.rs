@@ -1,7 +1,7 @@
 //! Runs with a program that moves the particles: the engine in Python end to end, and programs that break the protocol.
 
 use crate::common::child::{Guard, poll, rows};
-use crate::common::{Place, column, has, in_tree, words};
+use crate::common::{Place, column, has, in_tree};
 use std::fs;
 use std::io::Read;
 use std::time::Duration;
@@ -11,7 +11,7 @@ fn place(steps: u64) -> Place {
     let read = |name: &str| fs::read_to_string(in_tree("ffi/engines/python").join(name)).unwrap();
     let case = read("settling.toml").replace("out/python_engine", "out");
     let place = Place::new(&case.replace("steps = 400", &format!("steps = {steps}")));
-    place.write("spheres.py", &read("spheres.py"));
+    place.write("spheres.py", read("spheres.py"));
     place
 }
 
@@ -20,7 +20,7 @@ fn with_program(body: &str) -> Place {
     let place = place(16);
     let head = place.text("spheres.py");
     let (head, _) = head.split_once("def contacts").unwrap();
-    place.write("spheres.py", &format!("{head}\n{body}\n"));
+    place.write("spheres.py", format!("{head}\n{body}\n"));
     place
 }
 
