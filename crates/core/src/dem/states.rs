@@ -70,13 +70,17 @@ impl Limits<'_> {
         let Particle { position, orientation, velocity, angular_velocity, .. } = *state;
         let mut now = Particle { position, orientation, velocity, angular_velocity, ..*was };
         now.position = self.domain.wrap(now.position()).into();
-        let turned = now.orientation != was.orientation;
+        // To the bit.
+        let differ = |now: &[f64], was: &[f64]| {
+            bytemuck::cast_slice::<_, u8>(now) != bytemuck::cast_slice::<_, u8>(was)
+        };
+        let turned = differ(&now.orientation, &was.orientation);
         let [i, j, k, w] = now.orientation;
         let given = Quaternion::new(w, i, j, k);
         if turned && (given.norm() - 1.0).abs() < 1e-3 {
             now.set_orientation(&Quat::new_normalize(given));
         }
-        if turned || now.angular_velocity != was.angular_velocity {
+        if turned || differ(&now.angular_velocity, &was.angular_velocity) {
             let inertia = Inertia::of(&self.templates[template as usize]);
             now.angular_momentum =
                 inertia.angular_momentum(&now.orientation(), now.angular_velocity()).into();
