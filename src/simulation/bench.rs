@@ -169,7 +169,10 @@ fn bench_rank(
         }
     }
     let steps = (SAMPLES as u64 * options.steps) as f64;
+    #[cfg(feature = "gpu")]
     let kernels = kernels(&mut simulation, options.steps)?;
+    #[cfg(not(feature = "gpu"))]
+    let kernels = Vec::new();
     let mut mine = rank_report(&mut simulation, traffic, steps, resident);
     if let Some(alone) = &alone {
         mine.fluid_only_stages =
@@ -241,27 +244,26 @@ fn timed(simulation: &mut Simulation, steps: u64) -> Result<(f64, Traffic)> {
 }
 
 /// Kernels of the device in some more steps, if one computes the fluid. Collective.
+#[cfg(feature = "gpu")]
 fn kernels(simulation: &mut Simulation, steps: u64) -> Result<Vec<KernelReport>> {
-    #[cfg(feature = "gpu")]
-    if let Some(system) = simulation.system.as_ref().filter(|system| system.fluid.device_traffic().is_some())
-    {
-        system.fluid.time_kernels(true);
-        let timings = std::mem::take(simulation.timings());
-        simulation.advance(steps)?;
-        *simulation.timings() = timings;
-        let costs =
-            simulation.system.as_ref().map(|system| system.fluid.time_kernels(false)).unwrap_or_default();
-        let per_step = |cost: crate::device::KernelCost| KernelReport {
-            name: cost.name,
-            seconds: cost.seconds / steps as f64,
-            bytes: cost.bytes as f64 / steps as f64,
-        };
-        let mut kernels: Vec<KernelReport> = costs.into_iter().map(per_step).collect();
-        kernels.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
-        return Ok(kernels);
+    let time = |simulation: &Simulation, on| {
+        simulation.system.as_ref().map(|system| system.fluid.time_kernels(on)).unwrap_or_default()
+    };
+    if simulation.system.as_ref().and_then(|system| system.fluid.device_traffic()).is_none() {
+        return Ok(Vec::new());
     }
-    let _ = (simulation, steps);
-    Ok(Vec::new())
+    time(simulation, true);
+    let timings = std::mem::take(simulation.timings());
+    simulation.advance(steps)?;
+    *simulation.timings() = timings;
+    let report = |cost: crate::device::KernelCost| KernelReport {
+        name: cost.name,
+        seconds: cost.seconds / steps as f64,
+        bytes: cost.bytes as f64 / steps as f64,
+    };
+    let mut kernels: Vec<KernelReport> = time(simulation, false).into_iter().map(report).collect();
+    kernels.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    Ok(kernels)
 }
 
 fn per_step(timings: &Timings, steps: f64) -> BTreeMap<String, f64> {
