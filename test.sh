@@ -38,4 +38,4 @@ stage "tests of the Python package" ./scripts/python.sh
 # One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks. There is a device, if only the
 # processor; tests that need one must not pass without.
 echo "== tests" >&2
-exec env TURBID_NEEDS_DEVICE=1 cargo test --locked --workspace --all-features
+exec env TURBID_NEEDS_DEVICE=1 TURBID_NEEDS_LAMMPS=1 cargo test --locked --workspace --all-features

@@ -127,7 +127,10 @@ impl Source {
                 ["output", "directory", ..] => {
                     "a run is resumed in its own directory; a copy of that can be resumed as well"
                 }
-                ["run" | "output", _, ..] => continue,
+                // A program may be elsewhere by now, or slower.
+                ["run" | "output", _, ..] | ["dem", "engine", "command" | "folder" | "timeout", ..] => {
+                    continue;
+                }
                 _ => {
                     "only keys below `run.` and `output.` can; any other change makes another run, for `turbid run`"
                 }

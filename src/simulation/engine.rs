@@ -71,6 +71,7 @@ pub(super) fn engine(
                 host: Host::Process(Program {
                     command: options.command.iter().map(Into::into).collect(),
                     folder: Some(options.folder.clone()),
+                    variables: &[],
                     timeout: Duration::from_secs_f64(options.timeout),
                     timeout_key: "dem.engine.timeout",
                     log: context.log.clone(),

@@ -13,7 +13,7 @@ use std::cell::RefCell;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-/// What a device says of itself.
+/// Name, driver and memory of a device.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct DeviceInfo {
     /// Its name.
@@ -30,7 +30,7 @@ pub struct DeviceInfo {
     pub refused: Option<String>,
 }
 
-/// What a kernel took while kernels were timed.
+/// Time and bytes of a kernel while kernels were timed.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct KernelCost {
     /// Its name.
@@ -55,8 +55,9 @@ fn drivers() -> &'static [(Arc<dyn Driver>, DeviceInfo)] {
         let described = |driver: Arc<dyn Driver>| (driver.info(), driver);
         let mut all: Vec<(DeviceInfo, Arc<dyn Driver>)> =
             opencl::devices().into_iter().map(described).collect();
-        if !all.iter().any(|(info, _)| info.name.contains("NVIDIA") || info.driver.contains("CUDA")) {
-            all.extend(cuda::devices().into_iter().map(described));
+        let of_nvidia = |info: &DeviceInfo| info.name.contains("NVIDIA") || info.driver.contains("CUDA");
+        if !all.iter().any(|(info, _)| info.refused.is_none() && of_nvidia(info)) {
+            all = cuda::devices().into_iter().map(described).chain(all).collect();
         }
         all.sort_by_key(|(info, _)| info.is_processor);
         all.into_iter().map(|(info, driver)| (driver, info)).collect()
@@ -65,7 +66,7 @@ fn drivers() -> &'static [(Arc<dyn Driver>, DeviceInfo)] {
 
 /// A device, as its driver has it.
 trait Driver: Send + Sync {
-    /// What it says of itself.
+    /// Its description.
     fn info(&self) -> DeviceInfo;
 
     /// Compiles kernels with options of the preprocessor; the log if it does not.
@@ -84,7 +85,7 @@ trait Program: Send + Sync {
 /// Work on a device, done in the order in which it is given.
 ///
 /// # Safety
-/// Of its functions: arrays and kernels are those of this driver and device, arrays have so many bytes, and with its arguments a kernel stays
+/// Of its functions: arrays and kernels are those of this driver and device, arrays have at least the bytes given, and with its arguments a kernel stays
 /// within its arrays.
 trait Commands {
     fn allocate(&self, bytes: usize) -> std::result::Result<Memory, Failed>;
@@ -149,7 +150,7 @@ impl Device {
         Ok(Self { number, driver: driver.clone(), info: Arc::new(info.clone()) })
     }
 
-    /// What it says of itself.
+    /// Its description.
     pub fn info(&self) -> &DeviceInfo {
         &self.info
     }
@@ -172,7 +173,7 @@ impl Device {
         for _ in 0..6 {
             let of = [Argument::Array(&array), Argument::Long(numbers as u64)];
             let rates = [
-                // SAFETY: the arguments of the kernel; the array has so many numbers.
+                // SAFETY: the arguments of the kernel; the array has as many numbers.
                 timed(&queue, || unsafe { queue.launch(&stream, &of, numbers / GROUP, GROUP, 0) })
                     .map(|time| 16.0 * numbers as f64 / time),
                 // SAFETY: the arguments of the kernel; the array has a number for each item.
@@ -316,7 +317,7 @@ impl Queue {
         Ok(array)
     }
 
-    /// Makes sure that an array has room for so many bytes; what it held is lost if it grows.
+    /// Makes sure that an array has room for some bytes; what it held is lost if it grows.
     pub(crate) fn reserve(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
         if array.bytes < bytes {
             let size = bytes + bytes / 4;
@@ -329,7 +330,7 @@ impl Queue {
     /// Zeros in the first bytes, a multiple of 8.
     pub(crate) fn clear(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
         let bytes = bytes.min(array.bytes);
-        // SAFETY: the array has so many bytes.
+        // SAFETY: the array is as long.
         unsafe { self.commands.clear(&mut array.memory, bytes) }
     }
 
@@ -357,7 +358,7 @@ impl Queue {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(values);
         assert!(bytes.len() <= array.bytes);
         if !bytes.is_empty() {
-            // SAFETY: the array has so many bytes.
+            // SAFETY: the array is as long.
             unsafe { self.commands.read(&array.memory, bytes) }?;
         }
         Ok(())
@@ -368,7 +369,7 @@ impl Queue {
         self.costs.replace(from_now_on.then(Vec::new)).unwrap_or_default()
     }
 
-    /// Gives a kernel to the device, with so many work-groups of `group` items. By count it reads and writes `bytes`.
+    /// Gives a kernel to the device, in `groups` work-groups of `group` items. By count it reads and writes `bytes`.
     ///
     /// # Safety
     /// The arguments are those of the kernel, and with them it stays within its arrays.

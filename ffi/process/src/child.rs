@@ -1,14 +1,14 @@
 //! An engine in a process of its own: a crash there is an error message here.
 //!
 //! Its standard input and output are both one end of a private socket, and what it prints on the standard error goes to the log.
-//! It ends when the socket closes, so it never outlives the run.
+//! It is ended with the run, and reads the end of the socket if the run is killed.
 
 use crate::message::{self, Kind, Outcome};
 use signal_hook::low_level::signal_name;
 use std::ffi::OsString;
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
-use std::io;
+use std::io::{self, Read, Seek, SeekFrom};
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::os::unix::net::UnixStream;
@@ -29,29 +29,22 @@ const PAUSE: Duration = Duration::from_millis(1);
 const CHECK: Duration = Duration::from_millis(50);
 /// Lines of the log that an error message quotes.
 const QUOTED: usize = 8;
+/// Bytes at the end of the log in which they are looked for.
+const LOG_END: u64 = 1 << 16;
 
 /// Variables of a launcher of MPI: the engine is no rank of the job.
 const OF_LAUNCHERS: [&str; 3] = ["OMPI_", "PMIX_", "PMI_"];
 
-/// For an engine with MPI: one process, started in a tenth of the usual time and without a daemon.
-const ALONE: [(&str, &str); 5] = [
-    ("OMPI_MCA_ess_singleton_isolated", "1"),
-    // Workers that begin and end at the same time would remove each other's.
-    ("OMPI_MCA_orte_create_session_dirs", "0"),
-    ("OMPI_MCA_btl", "self"),
-    ("OMPI_MCA_pml", "ob1"),
-    // MPI looks for devices through it, and drivers of OpenCL catch signals: an abort would not end the worker.
-    ("HWLOC_COMPONENTS", "-opencl"),
-];
-
-/// What to start, and how long to wait for it.
+/// A program to start, and the time to wait for it.
 #[derive(Clone, Debug, Default)]
 pub struct Program {
     /// The program and its arguments.
     pub command: Vec<OsString>,
     /// Folder in which it runs, and to which a relative path of the program refers; without, that of this process.
     pub folder: Option<PathBuf>,
-    /// Longest time that it may take to answer; ten times as long for the set-up, for saving and for resuming.
+    /// Variables that are set in its environment.
+    pub variables: &'static [(&'static str, &'static str)],
+    /// Longest time that it may take to answer; ten times as long for the start, the set-up, saving and resuming.
     pub timeout: Duration,
     /// Key of the case with that time, for messages.
     pub timeout_key: &'static str,
@@ -98,7 +91,7 @@ impl Worker {
         }
         // It may print as soon as it runs.
         let logged = program.log.as_deref().map_or(0, length);
-        command.args(arguments).envs(ALONE);
+        command.args(arguments).envs(program.variables.iter().copied());
         if let Some(folder) = &program.folder {
             command.current_dir(folder);
         }
@@ -124,7 +117,7 @@ impl Worker {
     /// is gone, and the error says how it ended.
     pub(crate) fn ask(&mut self, kind: Kind, payload: &[u8], most: u64) -> Outcome<Vec<u8>> {
         let channel = self.channel.as_mut().ok_or("its process has ended before")?;
-        let brief = matches!(kind, Kind::Hello | Kind::Advance | Kind::ListContacts);
+        let brief = matches!(kind, Kind::Advance | Kind::ListContacts);
         channel.limit = if brief { self.timeout } else { 10 * self.timeout };
         (channel.waited, channel.stopping) = (Duration::ZERO, false);
         // One that has ended may have said why.
@@ -213,15 +206,15 @@ impl Channel {
     /// Repeats what the socket was not ready for, until it is or the time is over.
     fn retry<R>(&mut self, mut attempt: impl FnMut(&mut UnixStream) -> io::Result<R>) -> io::Result<R> {
         loop {
-            match attempt(&mut self.socket) {
-                Err(error) if error.kind() == io::ErrorKind::WouldBlock => self.waited += CHECK,
-                outcome => return outcome,
-            }
+            let start = Instant::now();
+            let outcome = attempt(&mut self.socket);
+            self.waited += start.elapsed().min(CHECK);
             if !self.stopping && self.stop.load(Ordering::Relaxed) {
                 // An engine that is at work is given the time to finish the step, so that a checkpoint can be written.
                 self.stopping = true;
                 self.limit = self.limit.min(self.waited + GRACE);
             }
+            let is_open = matches!(&outcome, Err(error) if error.kind() == io::ErrorKind::WouldBlock);
             if self.waited >= self.limit {
                 let (waited, key) = (self.waited.as_secs_f64(), self.key);
                 let why = if self.stopping {
@@ -231,6 +224,9 @@ impl Channel {
                 };
                 let text = format!("has not answered for {waited:.1} s {why}");
                 return Err(io::Error::new(io::ErrorKind::TimedOut, text));
+            }
+            if !is_open {
+                return outcome;
             }
         }
     }
@@ -302,8 +298,12 @@ fn length(file: &Path) -> u64 {
 
 /// The last lines of a log after its first bytes that say something.
 fn last_lines(log: &Path, after: u64) -> Vec<String> {
-    let bytes = std::fs::read(log).unwrap_or_default();
-    let text = String::from_utf8_lossy(bytes.get(after as usize..).unwrap_or_default());
+    let mut bytes = Vec::new();
+    if let Ok(mut file) = File::open(log) {
+        let from = after.max(length(log).saturating_sub(LOG_END));
+        let _ = file.seek(SeekFrom::Start(from)).and_then(|_| file.take(LOG_END).read_to_end(&mut bytes));
+    }
+    let text = String::from_utf8_lossy(&bytes);
     let lines: Vec<&str> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
     lines[lines.len().saturating_sub(QUOTED)..].iter().map(ToString::to_string).collect()
 }

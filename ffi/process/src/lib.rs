@@ -45,6 +45,9 @@ use turbid_core::particle::{Particle, ParticleStore, Template};
 use turbid_core::shape::Shape;
 use turbid_core::wall::Wall;
 
+/// Most contacts in the mean of all particles; spheres of one size have six at most.
+const CONTACTS_EACH: usize = 256;
+
 /// Parameters of an engine outside of Turbid.
 #[derive(Clone, Debug)]
 pub struct ExternalParams {
@@ -292,7 +295,9 @@ impl DemEngine for External {
         assert_eq!(loads.len(), self.population.store.owned);
         let messages = comm.gather(self.load_message(loads));
         let (mut bytes, mut outcome) = (Vec::new(), Ok(()));
-        if self.rank == 0 && !self.failed {
+        if self.rank == 0 && self.failed {
+            outcome = Err(self.failure("it has failed before"));
+        } else if self.rank == 0 {
             match self.advance_all(&messages, dt) {
                 Ok(states) => bytes = states,
                 Err(error) => (self.failed, outcome) = (true, Err(error)),
@@ -329,7 +334,8 @@ impl DemEngine for External {
         if !root.hello.contacts {
             return Vec::new();
         }
-        let answer = peer.borrow_mut().ask(Kind::ListContacts, &[], u64::MAX);
+        let most = CONTACTS_EACH * size_of::<ContactForce>() * (self.ids.len() + 1);
+        let answer = peer.borrow_mut().ask(Kind::ListContacts, &[], most as u64);
         let walls = self.params.touched_walls().len();
         let contacts = answer.and_then(|bytes| message::read_contacts(&bytes, &self.ids, walls));
         let contacts = contacts.unwrap_or_else(|what| {
@@ -348,6 +354,9 @@ impl DemEngine for External {
 
     /// On rank 0 with what the engine itself needs, behind the length of its name and its name.
     fn save(&self) -> Result<Vec<u8>> {
+        if self.rank == 0 && self.failed {
+            return Err(self.failure("it has failed, and what it had is lost"));
+        }
         let mut saved = Saved {
             substep: self.step,
             begun: self.contacts().begun,
@@ -357,6 +366,7 @@ impl DemEngine for External {
         };
         if let (Some(root), Some(peer)) = (&self.root, self.peer()) {
             saved.states = self.contact_states();
+            self.health()?;
             if root.hello.saves {
                 let answer = peer.borrow_mut().ask(Kind::Save, &[], u64::MAX);
                 let (own, name) = (answer.map_err(|what| self.failure(what))?, root.hello.name.as_bytes());

@@ -3,6 +3,8 @@
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
+use super::native::face_passed;
+use super::native::failures::outside;
 use super::saved::Saved;
 use super::{ContactState, ContactSummary, DemEngine, Load, integrator};
 use crate::comm::Comm;
@@ -17,6 +19,8 @@ use std::sync::Arc;
 pub struct Ballistic {
     near: GhostLayer,
     local: LocalParticles,
+    /// Calls of [`advance`](DemEngine::advance) since the start.
+    step: u64,
 }
 
 impl Ballistic {
@@ -30,7 +34,7 @@ impl Ballistic {
         let radii: Vec<f64> = templates.iter().map(|t| t.shape.circumradius()).collect();
         let near = GhostLayer::new(decomposition, rank, &radii);
         let local = LocalParticles::new(&near, templates, all.iter().copied());
-        Self { near, local }
+        Self { near, local, step: 0 }
     }
 
     /// The loads of the last [`advance`](DemEngine::advance), one per owned particle.
@@ -53,17 +57,25 @@ impl DemEngine for Ballistic {
     }
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
-        let Self { near, local } = self;
+        let Self { near, local, step } = self;
         assert_eq!(loads.len(), local.store.owned);
         local.loads.copy_from_slice(loads);
+        let (domain, mut outcome) = (near.decomposition().domain, Ok(()));
         for particle in &mut local.store.particles[..loads.len()] {
-            let position = particle.position() + particle.velocity() * dt;
-            particle.position = near.decomposition().domain.wrap(position).into();
+            let before = *particle;
+            let position = domain.wrap(particle.position() + particle.velocity() * dt);
+            if let Some(face) = face_passed(&domain, position) {
+                let after = Particle { position: position.into(), ..before };
+                outcome = outcome.and(Err(outside(*step, &before, &after, face, &[])));
+                continue;
+            }
+            particle.position = position.into();
             let orientation = integrator::turned(&particle.orientation(), particle.angular_velocity(), dt);
             particle.set_orientation(&orientation);
         }
         local.refresh(near, comm);
-        Ok(())
+        *step += 1;
+        outcome
     }
 
     fn contacts(&self) -> ContactSummary {
@@ -76,6 +88,7 @@ impl DemEngine for Ballistic {
 
     fn save(&self) -> Result<Vec<u8>> {
         let saved = Saved {
+            substep: self.step,
             particles: self.particles().owned().to_vec(),
             loads: self.local.loads.clone(),
             ..Saved::default()
@@ -85,6 +98,7 @@ impl DemEngine for Ballistic {
 
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
         let saved = Saved::load(self.name(), parts, (&self.near, &self.local, 0), comm)?;
+        self.step = saved.substep;
         self.local.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
         Ok(())
     }

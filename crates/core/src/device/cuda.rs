@@ -1,8 +1,9 @@
 //! The driver CUDA, with the same kernels, for GPUs of NVIDIA that OpenCL does not list. NVRTC compiles them while the program runs.
 
 use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use cudarc::driver::sys::CUdevice_attribute;
 use cudarc::driver::{
-    CudaContext, CudaModule, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg,
+    CudaContext, CudaModule, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg, result,
 };
 use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
 use std::sync::Arc;
@@ -23,13 +24,10 @@ pub(super) fn devices() -> Vec<Arc<dyn Driver>> {
         return Vec::new();
     }
     let count = CudaContext::device_count().unwrap_or(0);
-    (0..count as usize)
-        .filter_map(|number| CudaContext::new(number).ok())
-        .map(|context| Arc::new(Cuda(context)) as Arc<dyn Driver>)
-        .collect()
+    (0..count).map(|number| Arc::new(Cuda(number)) as Arc<dyn Driver>).collect()
 }
 
-/// Whether there is a compiler.
+/// Returns true if there is a compiler.
 pub(super) fn has_compiler() -> bool {
     // SAFETY: the library of the compiler may be loaded at any time.
     unsafe { cudarc::nvrtc::sys::is_culib_present() }
@@ -55,14 +53,28 @@ pub(super) fn compile(source: &str, options: &str, capability: &str) -> Result<P
     })
 }
 
-/// A GPU.
-struct Cuda(Arc<CudaContext>);
+/// A GPU, by its number. It gets a context when it is used.
+struct Cuda(i32);
 
 impl Driver for Cuda {
     fn info(&self) -> DeviceInfo {
-        let Self(context) = self;
-        let (major, minor) = context.compute_capability().unwrap_or_default();
-        let memory = context.total_mem().unwrap_or(0) as u64;
+        let unknown = DeviceInfo {
+            name: format!("GPU {}", self.0),
+            driver: "CUDA".to_owned(),
+            memory: 0,
+            largest: 0,
+            is_processor: false,
+            refused: Some("the driver does not describe it".to_owned()),
+        };
+        let Ok(device) = result::device::get(self.0) else { return unknown };
+        let [major, minor] = [
+            CUdevice_attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MAJOR,
+            CUdevice_attribute::CU_DEVICE_ATTRIBUTE_COMPUTE_CAPABILITY_MINOR,
+        ]
+        // SAFETY: the driver has just named the device.
+        .map(|attribute| unsafe { result::device::get_attribute(device, attribute) }.unwrap_or(0));
+        // SAFETY: as above.
+        let memory = unsafe { result::device::total_mem(device) }.unwrap_or(0) as u64;
         let refused = if !has_compiler() {
             Some("the compiler NVRTC (libnvrtc) is not here".to_owned())
         } else if major < 6 {
@@ -71,24 +83,22 @@ impl Driver for Cuda {
             None
         };
         DeviceInfo {
-            name: context.name().unwrap_or_default(),
+            name: result::device::get_name(device).unwrap_or_default(),
             driver: format!("CUDA, compute capability {major}.{minor}"),
             memory,
             largest: memory,
-            is_processor: false,
             refused,
+            ..unknown
         }
     }
 
     fn compile(&self, source: &str, options: &str) -> Result<Arc<dyn Program>, String> {
-        let Self(context) = self;
         let failed = |error: DriverError| format!("error: {error}");
+        let context = CudaContext::new(self.0 as usize).map_err(failed)?;
         let (major, minor) = context.compute_capability().map_err(failed)?;
         let code = compile(source, options, &format!("sm_{major}{minor}"))?;
-        Ok(Arc::new(Compiled {
-            context: context.clone(),
-            module: context.load_module(code).map_err(failed)?,
-        }))
+        let module = context.load_module(code).map_err(failed)?;
+        Ok(Arc::new(Compiled { context, module }))
     }
 }
 
