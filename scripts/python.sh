@@ -11,9 +11,10 @@ need_python
 target=${CARGO_TARGET_DIR:-$PWD/target}
 python=$target/python/bin/python
 wheels=$target/python/wheels
-[ -x "$python" ] || python3 -m venv "$target/python"
+# Without pip it is what an interrupted call has left.
+"$python" -m pip --version >/dev/null 2>&1 || python3 -m venv --clear "$target/python"
 # What is there already is not asked for again, so the second time needs no network.
-"$python" -m pip install --quiet --disable-pip-version-check 'maturin>=1.9,<2' numpy pytest matplotlib pandas
+"$python" -m pip install --quiet --disable-pip-version-check --requirement ffi/python/tests/requirements.txt
 rm -rf "$wheels"
 # As the profile `test`, optimised numerics with assertions; under that name cargo would build a program that tests.
 "$python" -m maturin build --quiet --locked --profile dev --config 'profile.dev.package."*".opt-level=1' \

@@ -1,5 +1,6 @@
 """Cases, steps, particles, loads and fields."""
 
+import itertools
 import os
 import signal
 import threading
@@ -209,6 +210,105 @@ def test_an_engine_in_python_settles_as_the_native_one_does(case):
         Simulation(case, engine="native")
 
 
+def slow_fall(case, interrupt=lambda call: None):
+    """A simulation with an engine that takes a millisecond and calls ``interrupt`` with the number of its calls."""
+    calls = itertools.count(1)
+
+    def fall(particles, loads, dt):
+        particles.velocity[:, 2] -= dt
+        particles.position += dt * particles.velocity
+        time.sleep(1e-3)
+        interrupt(next(calls))
+
+    return Simulation(case, engine=fall)
+
+
+def test_signals_leave_no_step_without_the_move_of_the_engine(case):
+    class Interrupt(Exception):
+        pass
+
+    def handler(number, frame):
+        raise Interrupt
+
+    whole = slow_fall(case)
+    whole.step(60)
+    simulation = slow_fall(case)
+    interrupts = 0
+    previous = signal.signal(signal.SIGALRM, handler)
+    try:
+        while simulation.steps < 60:
+            try:
+                signal.setitimer(signal.ITIMER_REAL, 1e-3 * (interrupts % 30 + 1))
+                simulation.run(60 * simulation.time_step)
+                signal.setitimer(signal.ITIMER_REAL, 0)
+            except Interrupt:
+                interrupts += 1
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, previous)
+    simulation.step(0)
+    assert interrupts > 0 and simulation.steps == 60
+    assert simulation.state_hash == whole.state_hash
+
+
+def test_a_signal_between_the_fluid_and_the_engine_waits_for_the_engine(case):
+    class Interrupted:
+        """A session whose third step a signal ends."""
+
+        def __init__(self, session):
+            self.session = session
+
+        def __getattr__(self, name):
+            return getattr(self.session, name)
+
+        def advance(self, count):
+            self.session.advance(count)
+            if self.session.steps() == 3:
+                raise KeyboardInterrupt
+
+    simulation, whole = slow_fall(case), slow_fall(case)
+    simulation._session = Interrupted(simulation._session)
+    with pytest.raises(KeyboardInterrupt):
+        simulation.step(10)
+    whole.step(3)
+    assert simulation.steps == 3 and simulation.state_hash == whole.state_hash
+
+
+@pytest.mark.parametrize("work", ["step", "run"])
+def test_a_step_in_which_the_engine_raised_is_completed_by_the_next_call(case, work):
+    def interrupt(call):
+        if call == 3:
+            raise KeyError("mine")
+
+    whole = slow_fall(case)
+    whole.step(3)
+    simulation = slow_fall(case, interrupt)
+    with pytest.raises(KeyError, match="mine"):
+        simulation.step(3)
+    assert simulation.steps == 3 and simulation.state_hash != whole.state_hash
+    simulation.step(0) if work == "step" else simulation.run(3 * simulation.time_step)
+    assert simulation.steps == 3 and simulation.state_hash == whole.state_hash
+
+    simulation = slow_fall(case, interrupt)
+    with pytest.raises(KeyError, match="mine"):
+        simulation.step(3)
+    simulation.particles = whole.particles
+    simulation.step(0)
+    assert simulation.state_hash == whole.state_hash
+
+
+def test_a_dict_may_have_paths_and_numbers_and_arrays_of_numpy(case, tmp_path):
+    case["output"] = {"directory": str(tmp_path)}
+    expected = Simulation(case).toml
+    case["output"] = {"directory": tmp_path}
+    case["domain"]["size"] = np.array(case["domain"]["size"])
+    case["run"] = {"end": {"steps": np.int64(40)}, "threads": np.int32(1)}
+    assert Simulation(case).toml == expected
+    case["output"]["directory"] = {1, 2}
+    with pytest.raises(ValueError, match="case: expected dicts, lists, texts, numbers, paths and arrays of numpy, got set"):
+        Simulation(case)
+
+
 def test_errors_of_a_case_have_key_problem_remedy_and_code(case, tmp_path):
     case["lattice"]["relaxation_time"] = 0.4
     with pytest.raises(turbid.Error) as error:
@@ -235,10 +335,11 @@ def test_a_simulation_that_diverges_is_an_error(case):
 @pytest.mark.parametrize("work", ["step", "run"])
 def test_ctrl_c_ends_stepping_and_the_simulation_can_go_on(case, work):
     simulation = Simulation(case)
+    simulation.step()
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
-    timer.start()
     begin = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
+        timer.start()
         simulation.step(10**9) if work == "step" else simulation.run(1e6)
     assert time.monotonic() - begin < 20
     steps = simulation.steps

@@ -12,6 +12,16 @@ Case = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 """A case: the path of a file, the text of one, or a dict with its keys."""
 
 
+def _plain(value: Any) -> Any:
+    """What JSON has for a value of a case."""
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        return value.tolist()
+    kind = type(value).__name__
+    raise ValueError(f"case: expected dicts, lists, texts, numbers, paths and arrays of numpy, got {kind}")
+
+
 def split_case(case: Case) -> "tuple[str, str]":
     """Returns the form of a case (``"path"``, ``"toml"`` or ``"json"``) and its text."""
     if isinstance(case, os.PathLike):
@@ -19,8 +29,7 @@ def split_case(case: Case) -> "tuple[str, str]":
     if isinstance(case, str):
         return ("path" if case.endswith(".toml") and "\n" not in case else "toml"), case
     if isinstance(case, Mapping):
-        # Arrays and numbers of numpy become lists and numbers.
-        return "json", json.dumps(case, allow_nan=False, default=lambda value: value.tolist())
+        return "json", json.dumps(case, allow_nan=False, default=_plain)
     raise ValueError(f"case: expected a path, a text or a dict, got {type(case).__name__}")
 
 

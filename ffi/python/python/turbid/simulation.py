@@ -116,24 +116,46 @@ class Simulation:
         self._session = _turbid.Session(form, text, list(options), threads, engine is not None)
         self._is_driven = engine is not None
         self._engine = engine if callable(engine) else None
+        # Number of steps and particles before a step that the engine has not made yet.
+        self._before: "Optional[tuple[int, np.recarray]]" = None
         self._external: Optional[ExternalLoad] = None
         kinds = self._session.kinds()
         self._of_kind = [np.array([kind[at] for kind in kinds], dtype=float) for at in range(5)]
         self._kind = self.particles["kind"].astype(int)
 
     def step(self, count: int = 1) -> None:
-        """Advances by ``count`` time steps. Ctrl-C ends it between two steps; other threads of Python run meanwhile."""
+        """Advances by ``count`` time steps. Ctrl-C ends it between two steps; other threads of Python run meanwhile.
+
+        With an ``engine`` that is a function, an exception in it, Ctrl-C included, ends the call within a step, which the fluid has
+        made and the particles have not. The next call first calls the engine again for that step, with the same particles and loads
+        (``step(0)`` does nothing else), unless :attr:`particles` has been set meanwhile.
+        """
         if self._engine is None and self._external is None:
             self._session.advance(count)
             return
+        self._complete_step()
         for _ in range(count):
-            states = self.particles
             if self._external is not None:
-                self._set_external(self._external(self.time, states))
-            self._session.advance(1)
+                self._set_external(self._external(self.time, self.particles))
             if self._engine is not None:
-                self._engine(states, self.loads, self.time_step)
-                self.particles = states
+                self._before = self.steps, self.particles
+            try:
+                self._session.advance(1)
+            except _turbid.Error:
+                raise
+            except BaseException:
+                # Of the handler of a signal, which runs after the step.
+                self._complete_step()
+                raise
+            self._complete_step()
+
+    def _complete_step(self) -> None:
+        """Lets the engine make the step that the fluid has made, if it has not."""
+        if self._engine is None or self._before is None or self._before[0] == self.steps:
+            return
+        states = self._before[1].copy()
+        self._engine(states, self.loads, self.time_step)
+        self.particles = states
 
     def run(
         self,
@@ -149,6 +171,7 @@ class Simulation:
         last = self._session.end_step if until is None else round(until / self.time_step)
         if every < 1:
             raise ValueError(f"every: expected at least 1 step, got {every}")
+        self._complete_step()
         while (left := last - self.steps) > 0:
             self.step(left if callback is None else min(every, left))
             if callback is not None and callback(self) is False:
@@ -223,7 +246,14 @@ class Simulation:
     @particles.setter
     def particles(self, states: np.ndarray) -> None:
         count = len(self._kind)
-        self._session.set_particles(_checked("particles", states, (count,), PARTICLE).tobytes())
+        rows = _checked("particles", states, (count,), PARTICLE).tobytes()
+        # First, so that a signal after the call leaves no move to be made twice.
+        before, self._before = self._before, None
+        try:
+            self._session.set_particles(rows)
+        except _turbid.Error:
+            self._before = before
+            raise
 
     positions = _column("position", "Positions of the centres of mass (m), shape (n, 3); may be set.")
     orientations = _column("orientation", "Unit quaternions (i, j, k, w), shape (n, 4); see :data:`PARTICLE`. May be set.")
