@@ -32,7 +32,7 @@ import numpy as np  # noqa: E402
 import vtp  # noqa: E402
 from cases import numbers, paths, run, write  # noqa: E402
 from pairs import EDGE, KINDS, STEPS, bodies, centroid, intersection, pair  # noqa: E402
-from yade_pairs import Yade, approached, solid  # noqa: E402
+from yade_pairs import Yade, approached, rebound, solid  # noqa: E402
 
 DENSITY, BOX, STEP = 2500.0, 4 * EDGE, 1e-5  # kg/m^3, m, s
 TOLERANCE, EXACT = 1e-6, 1e-12
@@ -160,6 +160,8 @@ def main(directory):
         print(f"YADE {what}: {len(wrong)} of {len(rows)} volumes wrong, {sum(row[i] == 1 for row in wrong)} not found")
     forces = [row[16] for row in rows]
     print(f"largest over smallest force per volume: 1 (YADE's law), {max(forces) / min(forces):.1f} (Turbid's)")
+    for aside in ((0.0, 0.0), (0.3, 0.2), (0.4, 0.0)):
+        print(f"YADE: cube on cube, face on face, shifted by {aside} edges: {rebound(shapes[0], aside):.4f} of the energy after a rebound")
     missed = [row for row in rows if max(row[6:8]) > TOLERANCE]
     wrong = [row for row in missed if max(row[8:10]) > TOLERANCE]
     print(f"\n{len(missed)} of {len(rows)} pairs beyond {TOLERANCE:.0e}; Qhull says that Turbid is wrong in {len(wrong)} of them")

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 from pairs import EDGE
+from scipy.spatial.transform import Rotation
 
 os.environ["OMP_NUM_THREADS"] = "1"
 sys.path.insert(0, "/usr/lib/x86_64-linux-gnu/yade-double/py")
@@ -59,3 +60,20 @@ def approached(points, turns, path, scale=1 / EDGE):
             seen = yade.measure(*(before + (now - before) * (part / FINE)))
         measured.append(seen)
     return measured
+
+
+def rebound(points, aside):
+    """Energy after over that before: a body falls on an equal one, shifted by `aside` edges, without damping and friction."""
+    Yade([points, points], [Rotation.identity()] * 2)
+    for body, z, v in zip(O.bodies, (0.0, 1.001), (0.0, -1.0)):
+        body.mat.young, body.state.pos, body.state.vel = 1e3, Vector3(aside[0], aside[1], z) * (z > 0), Vector3(0, 0, v)
+    O.engines += [NewtonIntegrator(damping=0, exactAsphericalRot=True)]
+    O.dt = 2e-5
+
+    def energy():
+        return sum(b.state.mass * b.state.vel.squaredNorm() + sum(
+            j * j / i for j, i in zip(b.state.ori.conjugate() * b.state.angMom, b.state.inertia)) for b in O.bodies)
+    before = energy()
+    for _ in range(10000):
+        O.step()
+    return energy() / before
