@@ -20,9 +20,9 @@ from yade.minieigenHP import Quaternion, Vector3  # noqa: E402
 log.setLevel("Polyhedra_support.cpp", log.ERROR)
 
 
-def polyhedron(template, material):
+def polyhedron(template, material, unit):
     vertices = template["shape"]["vertices"]
-    return polyhedra_utils.polyhedra(material, v=[Vector3(*vertex) for vertex in vertices])
+    return polyhedra_utils.polyhedra(material, v=[unit * Vector3(*vertex) for vertex in vertices])
 
 
 class Yade:
@@ -33,9 +33,6 @@ class Yade:
         box, contact = case["box"], case["contact"]
         if len(set(box["periodic"])) > 1:
             raise protocol.Refusal("YADE has boxes that are periodic in all directions or in none")
-        if box["periodic"][0]:
-            O.periodic = True
-            O.cell.setBox(*box["size"])
         templates = [case["templates"][body[1]] for body in bodies]
         kinds = {template["shape"]["kind"] for template in templates}
         if len(kinds) > 1:
@@ -44,7 +41,13 @@ class Yade:
         grown = contact["enlargement"] if contact else 0.0
         if grown > 0 and not self.spheres:
             raise protocol.Refusal("YADE's polyhedra cannot be grown: set contact.enlargement = 0")
-        self.gravity, self.loads = Vector3(*case["gravity"]), [(Vector3.Zero, Vector3.Zero)] * len(bodies)
+        # YADE's polyhedra have absolute limits, below which it finds no overlap: they have lengths of order 1, `unit` of them in a metre.
+        self.size = min(template["inertia"][0] / template["mass"] for template in templates) ** 0.5
+        self.unit = 1.0 if self.spheres else 1 / self.size
+        if box["periodic"][0]:
+            O.periodic = True
+            O.cell.setBox(*(self.unit * edge for edge in box["size"]))
+        self.gravity, self.loads = self.unit * Vector3(*case["gravity"]), [(Vector3.Zero, Vector3.Zero)] * len(bodies)
         materials = self.materials(contact, templates)
         self.ids, self.index, self.turns = [body[0] for body in bodies], {}, []
         for n, (body, template) in enumerate(zip(bodies, templates)):
@@ -53,14 +56,14 @@ class Yade:
                 made = utils.sphere(Vector3.Zero, template["shape"]["radius"] + grown, material=material)
                 made.state.inertia = Vector3(*template["inertia"])
             else:
-                made = polyhedron(template, material)
+                made = polyhedron(template, material, self.unit)
                 # YADE orders the principal axes in its own way.
                 made.state.inertia *= template["mass"] / made.state.mass
             turn = made.state.ori
             x, y, z, w = body[5:9]
             made.state.mass = template["mass"]
-            made.state.pos, made.state.ori = Vector3(*body[2:5]), Quaternion(w, x, y, z) * turn
-            made.state.vel, made.state.angVel = Vector3(*body[9:12]), Vector3(*body[12:15])
+            made.state.pos, made.state.ori = self.unit * Vector3(*body[2:5]), Quaternion(w, x, y, z) * turn
+            made.state.vel, made.state.angVel = self.unit * Vector3(*body[9:12]), Vector3(*body[12:15])
             made.state.angMom = self.turned(made, made.state.angVel, lambda v, i: v * i)
             self.index[O.bodies.append(made)] = n
             self.turns.append(turn)
@@ -70,9 +73,9 @@ class Yade:
             axis = max(range(3), key=lambda i: abs(normal[i]))
             if abs(normal[axis]) < 1 - 1e-9:
                 raise protocol.Refusal(f"the wall {wall['name']}: YADE has planes across x, y or z")
-            made = utils.wall(Vector3(*point), axis, sense=1 if normal[axis] > 0 else -1,
+            made = utils.wall(self.unit * Vector3(*point), axis, sense=1 if normal[axis] > 0 else -1,
                               material=materials[wall["material"]])
-            made.state.vel = Vector3(*wall["velocity"])
+            made.state.vel = self.unit * Vector3(*wall["velocity"])
             self.walls[O.bodies.append(made)] = n
         self.engines(contact)
 
@@ -88,9 +91,8 @@ class Yade:
                 made.append(FrictMat(young=young, poisson=poisson, frictionAngle=0.0))
             else:
                 pair = contact["pairs"][n * len(contact["materials"]) + n] if "pairs" in contact else {"friction_kinetic": 0.0}
-                size = min(t["inertia"][0] / t["mass"] for t in templates) ** 0.5
                 friction = math.atan(pair["friction_kinetic"])
-                made.append(PolyhedraMat(young=young / size, poisson=poisson, frictionAngle=friction))
+                made.append(PolyhedraMat(young=young / self.size / self.unit ** 2, poisson=poisson, frictionAngle=friction))
             O.materials.append(made[-1])
         return made
 
@@ -129,7 +131,7 @@ class Yade:
         O.dt, half = step, 0.5 * step
         for body, n in self.index.items():
             state, (force, torque) = O.bodies[body].state, self.loads[n]
-            new = Vector3(*loads[n][1:4]) + state.mass * self.gravity, Vector3(*loads[n][4:])
+            new = self.unit * Vector3(*loads[n][1:4]) + state.mass * self.gravity, self.unit ** 2 * Vector3(*loads[n][4:])
             # Velocities are those of half a step before, and so they depend on the loads.
             state.vel += (force - new[0]) * half / state.mass
             self.push(O.bodies[body], (torque - new[1]) * half)
@@ -148,8 +150,8 @@ class Yade:
             spin = self.turned(made, momentum + total[1] * half, lambda v, i: v / i)
             turn = state.ori * self.turns[n].conjugate()
             turn.normalize()
-            states.append((self.ids[n], *state.pos, turn[0], turn[1], turn[2], turn[3], *velocity, *spin,
-                           *(total[0] - force), *(total[1] - torque)))
+            states.append((self.ids[n], *(state.pos / self.unit), turn[0], turn[1], turn[2], turn[3], *(velocity / self.unit), *spin,
+                           *((total[0] - force) / self.unit), *((total[1] - torque) / self.unit ** 2)))
         return states
 
     def push(self, body, impulse):
@@ -166,7 +168,7 @@ class Yade:
         for contact in O.interactions:
             if not contact.isReal:
                 continue
-            force = contact.phys.normalForce + contact.phys.shearForce
+            force = (contact.phys.normalForce + contact.phys.shearForce) / self.unit
             if force.norm() == 0:
                 continue
             # On the second body.
