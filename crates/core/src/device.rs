@@ -35,7 +35,7 @@ pub struct DeviceInfo {
 pub struct KernelCost {
     /// Its name.
     pub name: String,
-    /// How often it ran.
+    /// Number of launches.
     pub launches: u64,
     /// Time (s), waiting for the device included.
     pub seconds: f64,

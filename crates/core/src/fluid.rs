@@ -238,7 +238,7 @@ impl<S: Population> Fluid<S> {
         self.device.as_ref().map(|device| device.transferred)
     }
 
-    /// What the kernels of the device took since they are timed; times them from now on or no longer. None without a device.
+    /// Costs of the kernels of the device since they are timed; times them from now on or no longer. None without a device.
     #[cfg(feature = "gpu")]
     pub fn time_kernels(&self, from_now_on: bool) -> Vec<crate::device::KernelCost> {
         self.device.as_ref().map(|device| device.time_kernels(from_now_on)).unwrap_or_default()

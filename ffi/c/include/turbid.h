@@ -13,7 +13,7 @@
 // Done.
 #define TURBID_OK 0
 
-// A null pointer, a handle that is none, or an array of the wrong length.
+// A null pointer, an invalid handle, or an array of the wrong length.
 #define TURBID_ARGUMENT 1
 
 // A case, a file or states that are not possible, or not enough memory.
@@ -109,7 +109,7 @@ int32_t turbid_open_file(const char *path,
 // As `turbid_open_file`.
 int32_t turbid_open_text(const char *text, const char *options, int32_t caller_moves, turbid_handle *handle);
 
-// Frees a simulation. Its handle is no handle any more.
+// Frees a simulation. Its handle is invalid from then on.
 int32_t turbid_close(turbid_handle handle);
 
 // Advances by `count` time steps. With particles that the caller moves: gives the loads for the states that were set last, then

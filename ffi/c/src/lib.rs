@@ -15,7 +15,7 @@ pub use types::{Body, Handle, Info, Load, Particle};
 
 /// Done.
 pub const TURBID_OK: i32 = 0;
-/// A null pointer, a handle that is none, or an array of the wrong length.
+/// A null pointer, an invalid handle, or an array of the wrong length.
 pub const TURBID_ARGUMENT: i32 = 1;
 /// A case, a file or states that are not possible, or not enough memory.
 pub const TURBID_INPUT: i32 = 2;
@@ -87,7 +87,7 @@ pub unsafe extern "C" fn turbid_open_text(
     unsafe { open(text, false, options, caller_moves, handle) }
 }
 
-/// Frees a simulation. Its handle is no handle any more.
+/// Frees a simulation. Its handle is invalid from then on.
 #[unsafe(no_mangle)]
 pub extern "C" fn turbid_close(handle: Handle) -> i32 {
     guard(|| forget(handle))

@@ -53,7 +53,7 @@ const CONTACTS_EACH: usize = 256;
 pub struct ExternalParams {
     /// Short name, as [`DemEngine::name`].
     pub name: &'static str,
-    /// What messages call it.
+    /// Its name in messages.
     pub label: String,
     /// Elasticity, restitution, friction and enlargement; without, particles pass through each other and through walls.
     pub contact: Option<ContactModel>,
@@ -65,11 +65,11 @@ pub struct ExternalParams {
     pub substeps: u32,
     /// Whatever else it is told.
     pub options: serde_json::Value,
-    /// Where it runs.
+    /// The process in which it runs.
     pub host: Host,
 }
 
-/// Where an engine runs.
+/// The process in which an engine runs.
 #[derive(Clone, Debug)]
 pub enum Host {
     /// In a process of its own.
@@ -138,7 +138,7 @@ pub struct External {
     step: u64,
     /// True if the engine has failed: then nothing moves any more.
     failed: bool,
-    /// Why the engine did not return the contacts, until [`health`](DemEngine::health) reports it.
+    /// Reason for missing contacts, until [`health`](DemEngine::health) reports it.
     pending_error: RefCell<Option<String>>,
 }
 

@@ -209,7 +209,7 @@ pub(crate) fn set_up(plan: &SetUp, bodies: &[Body]) -> Vec<u8> {
     [&(words.len() as u64).to_le_bytes(), &words[..], cast_slice(bodies)].concat()
 }
 
-/// What a set-up says: the other end of [`set_up`].
+/// Contents of a set-up: the other end of [`set_up`].
 pub(crate) fn read_set_up(payload: &[u8]) -> Outcome<(SetUp, Vec<Body>)> {
     let fault = |text: String| format!("message `set-up`: {text}");
     let (length, rest) = payload.split_first_chunk::<8>().ok_or_else(|| fault("has no length".to_owned()))?;

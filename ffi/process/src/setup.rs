@@ -7,7 +7,7 @@ use turbid_core::particle::Template;
 use turbid_core::shape::Shape;
 use turbid_core::wall::{Surface, Wall};
 
-/// What an engine says of itself.
+/// Name and abilities of an engine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Hello {
     /// Its name, and its version if it has one, for messages; a saved state goes only to an engine of the same name.
@@ -210,7 +210,7 @@ impl WallSection {
     }
 }
 
-/// Why no engine of the protocol has this wall: its surface would not stay where it is.
+/// The reason why no engine of the protocol has this wall: its surface would not stay where it is.
 pub fn wall_flaw(wall: &Wall) -> Option<&'static str> {
     let velocity = wall.motion.velocity;
     match wall.surface {

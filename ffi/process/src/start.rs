@@ -89,7 +89,7 @@ impl External {
         Ok(())
     }
 
-    /// What this engine is told, if it has what the case needs.
+    /// The set-up of this case, if the engine has all that it needs.
     fn set_up(&self, hello: &Hello) -> Result<SetUp> {
         let unsupported = |what| Err(Error::Unsupported { engine: self.params.name, what });
         let domain = self.near.decomposition().domain;

@@ -64,7 +64,7 @@ pub struct BenchReport {
     pub by_rank: Vec<RankReport>,
 }
 
-/// What a kernel of a device takes in a step.
+/// Time and bytes of a kernel of a device in a step.
 #[derive(Clone, Debug, Serialize)]
 pub struct KernelReport {
     /// Its name.

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::math::{Quat, nalgebra::Quaternion};
 use crate::particle::{Particle, Template};
 
-/// What [`replace`] needs to know of a case.
+/// The part of a case that [`replace`] checks states against.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits<'a> {
     /// Geometries and materials.

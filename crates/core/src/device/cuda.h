@@ -1,4 +1,4 @@
-// What the kernels use of OpenCL C, in CUDA C++; put before them. Functions are those of the device by default.
+// The part of OpenCL C that the kernels use, in CUDA C++; put before them. Functions are those of the device by default.
 
 #define __kernel extern "C" __global__
 #define __global

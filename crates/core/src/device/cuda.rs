@@ -8,7 +8,7 @@ use cudarc::driver::{
 use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
 use std::sync::Arc;
 
-/// What the kernels use of OpenCL C.
+/// The part of OpenCL C that the kernels use.
 const PRELUDE: &str = include_str!("cuda.h");
 
 impl From<DriverError> for Failed {

@@ -163,7 +163,7 @@ pub(super) struct DeviceFluid<S> {
     cells: [usize; 3],
     /// By the phase that a sweep begins in.
     slots: [Array; 2],
-    /// Where what left a cell in the last sweep is, by the phase after it; cells that were asked for, and what left them.
+    /// Slots of the populations that left a cell in the last sweep, by the phase after it; cells that were asked for, and their sums.
     left: [Array; 2],
     asked: [Array; 2],
     walls: Option<Array>,

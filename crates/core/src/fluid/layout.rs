@@ -95,7 +95,7 @@ impl Layout {
         slots
     }
 
-    /// What to add to the slot of a cell for that of the population that left it along direction `i` in the last sweep, after which the
+    /// Distance from the slot of a cell to that of the population that left it along direction `i` in the last sweep, after which the
     /// phase is `phase`.
     #[inline(always)]
     pub(crate) fn left(&self, phase: AaPhase, i: usize) -> usize {
