@@ -45,7 +45,6 @@ pub use method::Method;
 pub(crate) use method::sweep_alone;
 use method::{CouplingMethod, with_method};
 pub use saturated::{Saturated, SolidOperator, SurfaceShift};
-use std::cell::RefCell;
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
@@ -272,20 +271,7 @@ impl Coupling {
             }
         }
         with_method!(self.params.method, method => {
-            if self.images.is_none() {
-                method.correct_cover(self, &|cell| fluid.departed(cell), &old_of, &new_of);
-                return;
-            }
-            // A device is asked for all cells at once; corrections by zeros change nothing.
-            let asked = RefCell::new(Vec::new());
-            let ask = |cell| {
-                asked.borrow_mut().push(cell);
-                [0.0; 4]
-            };
-            method.correct_cover(self, &ask, &old_of, &new_of);
-            let answers = RefCell::new(fluid.departed_on_device(&asked.into_inner()).into_iter());
-            let answer = |_| answers.borrow_mut().next().expect("an answer for each cell");
-            method.correct_cover(self, &answer, &old_of, &new_of);
+            method.correct_cover(self, &mut |cells| fluid.departed_from(cells), &old_of, &new_of);
         });
     }
 

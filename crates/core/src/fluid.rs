@@ -365,8 +365,8 @@ impl<S: Population> Fluid<S> {
         sum
     }
 
-    /// [`departed`](Self::departed) of many cells, if a device has the populations.
-    pub(crate) fn departed_on_device(&mut self, cells: &[[usize; 3]]) -> Vec<[f64; 4]> {
+    /// [`departed`](Self::departed) of some cells; a device is asked for all at once.
+    pub(crate) fn departed_from(&mut self, cells: &[[usize; 3]]) -> Vec<[f64; 4]> {
         #[cfg(feature = "gpu")]
         if let Some(device) = &mut self.device {
             let slot = |[x, y, z]: [usize; 3]| self.layout.cell(x as isize, y as isize, z as isize) as u64;

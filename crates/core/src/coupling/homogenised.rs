@@ -21,7 +21,7 @@ mod collision;
 
 use super::cover::{Cover, Rows, Surface};
 use super::mapper::{Image, Mapper};
-use super::method::CouplingMethod;
+use super::method::{CouplingMethod, Departed};
 use super::{Coupling, NONE, shift_of_reference};
 use crate::fluid::simd::Registers;
 use crate::fluid::{ExchangeSum, GROUP, Segment, Simd};
@@ -46,24 +46,26 @@ impl CouplingMethod for Homogenised {
         cover.add(Ramp(mapper), mapper, image, simd);
     }
 
-    fn correct_cover(
-        self,
-        coupling: &mut Coupling,
-        departed: &dyn Fn([usize; 3]) -> [f64; 4],
-        old_of: &[u32],
-        new_of: &[u32],
-    ) {
+    fn correct_cover(self, coupling: &mut Coupling, departed: &mut Departed, old_of: &[u32], new_of: &[u32]) {
         let domain = &coupling.decomposition.domain;
         let [_, ny, nz] = coupling.block.size();
+        let (mut cells, mut corrections) = (Vec::new(), Vec::new());
         for row in 0..ny * nz {
             let (new, old) = (coupling.segments.row(row), coupling.swept_segments.row(row));
             let cell = |x: u32| [x as usize, row % ny, row / ny];
             for segment in new {
-                let body = &mut coupling.bodies[segment.body as usize];
+                let motion = &coupling.bodies[segment.body as usize].motion;
                 let was = old_of[segment.body as usize];
                 each_cell_outside(segment, &old.iter().filter(|s| s.body == was), |x| {
                     let n = offset_of(segment, x);
-                    body.exchange.add(&ExchangeSum::of_cell(departed(cell(x)), body.motion.at(n), n), -1);
+                    cells.push(cell(x));
+                    corrections.push(Correction {
+                        body: segment.body,
+                        sign: -1,
+                        velocity: motion.at(n),
+                        n,
+                        shift: [0; 3],
+                    });
                 });
             }
             for segment in old {
@@ -72,17 +74,40 @@ impl CouplingMethod for Homogenised {
                 if is == NONE {
                     continue;
                 }
-                let (old_body, body) =
-                    (&coupling.swept_bodies[segment.body as usize], &mut coupling.bodies[is as usize]);
-                let shift = shift_of_reference(old_body, body, domain);
+                let old_body = &coupling.swept_bodies[segment.body as usize];
+                let shift = shift_of_reference(old_body, &coupling.bodies[is as usize], domain);
                 each_cell_outside(segment, &new.iter().filter(|s| s.body == is), |x| {
                     let n = offset_of(segment, x);
-                    let left = ExchangeSum::of_cell(departed(cell(x)), old_body.motion.at(n), n);
-                    body.exchange.add(&left.shifted(shift), 1);
+                    cells.push(cell(x));
+                    corrections.push(Correction {
+                        body: is,
+                        sign: 1,
+                        velocity: old_body.motion.at(n),
+                        n,
+                        shift,
+                    });
                 });
             }
         }
+        for (Correction { body, sign, velocity, n, shift }, left) in
+            corrections.into_iter().zip(departed(&cells))
+        {
+            let sum = ExchangeSum::of_cell(left, velocity, n).shifted(shift);
+            coupling.bodies[body as usize].exchange.add(&sum, sign);
+        }
     }
+}
+
+/// A cell that a body covers only now (its sum is taken off), or covered only in the last sweep (its sum is added).
+struct Correction {
+    /// Index of the body now.
+    body: u32,
+    sign: i64,
+    /// Velocity of the body in the cell.
+    velocity: [f64; 3],
+    /// Offset from the reference cell, and by how much offsets have grown since.
+    n: [i64; 3],
+    shift: [i64; 3],
 }
 
 /// A surface with a ramp of the solid fraction across it.

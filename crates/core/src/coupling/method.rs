@@ -60,6 +60,9 @@ impl fmt::Display for Method {
     }
 }
 
+/// Momentum and moving mass that left some cells in the last sweep, by [`Fluid::departed`].
+pub(super) type Departed<'a> = dyn FnMut(&[[usize; 3]]) -> Vec<[f64; 4]> + 'a;
+
 /// All that a method does besides the collision of covered cells.
 pub(super) trait CouplingMethod: SolidModel {
     /// As [`Method::half_layer`].
@@ -89,12 +92,12 @@ pub(super) trait CouplingMethod: SolidModel {
         ExchangeSum::default()
     }
 
-    /// Corrects the exchange for cells that were covered only in the last sweep or only now. `departed` gives what left a
-    /// cell, `old_of` and `new_of` the index of each body in the other of the two lists, or [`NONE`](super::NONE).
+    /// Corrects the exchange for cells that were covered only in the last sweep or only now. `departed` gives what left
+    /// some cells, `old_of` and `new_of` the index of each body in the other of the two lists, or [`NONE`](super::NONE).
     fn correct_cover(
         self,
         _coupling: &mut Coupling,
-        _departed: &dyn Fn([usize; 3]) -> [f64; 4],
+        _departed: &mut Departed,
         _old_of: &[u32],
         _new_of: &[u32],
     ) {
