@@ -4,8 +4,9 @@
 //! messages are tested, unless `TURBID_NEEDS_DEVICE` is set.
 
 use super::same_bits::scenes;
-use crate::common::{Place, case, has, words};
+use crate::common::{Place, case, has, well, words};
 use serde_json::Value;
+use std::process::Command;
 
 /// Whether there is a device.
 fn has_device() -> bool {
@@ -123,4 +124,56 @@ fn a_fluid_too_large_for_a_device_is_refused_with_what_it_needs() {
         assert_eq!(output.status.code(), Some(2), "{said}");
         has(&said, &["has not the memory for the populations", "MB", "smaller box"]);
     }
+}
+
+/// The driver of OpenCL, which refuses to launch kernels after as many as the environment says, as if the device were gone.
+const LOST: &str = r#"
+#include <dlfcn.h>
+#include <stdlib.h>
+typedef int enqueue(void*, void*, unsigned, const size_t*, const size_t*, const size_t*, unsigned, const void*, void*);
+int clEnqueueNDRangeKernel(void* queue, void* kernel, unsigned dimensions, const size_t* offset, const size_t* global,
+                           const size_t* local, unsigned count, const void* events, void* event) {
+    static int launches = 0;
+    static enqueue* next = 0;
+    if (!next) next = (enqueue*)dlsym(dlopen("libOpenCL.so.1", RTLD_NOW), "clEnqueueNDRangeKernel");
+    if (launches >= atoi(getenv("LAUNCHES"))) return -2;
+    launches++;
+    return next(queue, kernel, dimensions, offset, global, local, count, events, event);
+}
+"#;
+
+#[test]
+fn a_run_whose_device_is_lost_ends_with_a_sound_checkpoint() {
+    if !has_device() {
+        return;
+    }
+    let place = Place::new(&case::crowd(60, "series_every = { steps = 4 }\npicture_every = \"never\""));
+    place.well(&["run", "case.toml", "--quiet", "--out", "whole", "--threads", "1"]);
+    place.write("lost.c", LOST);
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
+    well(Command::new(compiler).current_dir(place.folder()).args([
+        "-shared",
+        "-fPIC",
+        "-o",
+        "lost.so",
+        "lost.c",
+        "-Wl,--no-as-needed",
+        "-l:libOpenCL.so.1",
+        "-ldl",
+    ]));
+    let every = "output.checkpoint_every.steps=10";
+    let output = place
+        .limited(&["run", "case.toml", "--quiet", "--device", "gpu", "--threads", "2", "--set", every])
+        .env("OPENCL_DYLIB_PATH", place.path("lost.so"))
+        .env("LAUNCHES", "500")
+        .output()
+        .unwrap();
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    has(&said, &["the device failed at step", "CL_DEVICE_NOT_AVAILABLE"]);
+    // The rest is computed by the processor.
+    let resumed =
+        place.well(&["resume", "out", "--quiet", "--threads", "1", "--set", "output.checkpoint_every=never"]);
+    assert_eq!(place.summary("out")["state_hash"], place.summary("whole")["state_hash"], "{resumed}");
+    assert_eq!(place.text("out/series.csv"), place.text("whole/series.csv"));
 }

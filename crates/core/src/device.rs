@@ -5,6 +5,8 @@
 //! then all results have the bits of the processor's kernels.
 
 mod cuda;
+#[cfg(test)]
+mod host;
 mod opencl;
 
 use crate::error::{Error, Result};
@@ -105,11 +107,15 @@ trait Commands {
 enum Memory {
     OpenCl(opencl3::memory::Buffer<u8>),
     Cuda(cudarc::driver::CudaSlice<u8>),
+    #[cfg(test)]
+    Host(Box<[std::cell::Cell<u64>]>),
 }
 
 enum Kernel {
     OpenCl(opencl3::kernel::Kernel),
     Cuda(cudarc::driver::CudaFunction),
+    #[cfg(test)]
+    Host(host::Entry),
 }
 
 /// A device that can be used.
@@ -148,6 +154,13 @@ impl Device {
             return Err(Error::Input(format!("cannot compute on device gpu:{number}, {}: {why}", info.name)));
         }
         Ok(Self { number, driver: driver.clone(), info: Arc::new(info.clone()) })
+    }
+
+    /// The processor, by the system's C++ compiler; none without one.
+    #[cfg(test)]
+    pub(crate) fn compiled_as_cpp() -> Option<Self> {
+        let driver = Arc::new(host::Host::new()?);
+        Some(Self { number: usize::MAX, info: Arc::new(driver.info()), driver })
     }
 
     /// Its description.

@@ -289,6 +289,22 @@ fn a_step_moves_at_most_165_bytes_a_cell_at_a_volume_fraction_of_0_3() {
 }
 
 #[test]
+fn the_kernels_as_cpp_give_the_bits_of_the_processor() {
+    let device = Device::compiled_as_cpp();
+    assert!(device.is_some() || std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no C++ compiler");
+    let Some(device) = device else { return };
+    // Kernels with other options take a second each to compile; all scenes are for drivers.
+    for (name, precision) in
+        [("walls", Precision::F32), ("bodies", Precision::F64), ("homogenised, walls", Precision::F32)]
+    {
+        let scene = SCENES.iter().find(|scene| scene.name == name).expect("a scene");
+        let expected = run(scene, precision, [1, 1, 1], None);
+        let got = run(scene, precision, [1, 1, 1], Some(&device));
+        assert_eq!(got, expected, "{name} {precision:?}");
+    }
+}
+
+#[test]
 fn a_device_gives_the_bits_of_the_processor() {
     let Some(device) = device() else { return };
     for scene in &SCENES {

@@ -4,8 +4,12 @@
 //! reads it (output, checkpoints, the hash of the state). In a step the device gets the poses of bodies ([`Images`]) and returns the momentum
 //! that each body received; nothing is transferred for a cell, but to other ranks and for bodies whose cells the host finds.
 
+mod exchange;
+mod populations;
+
+pub(super) use populations::Populations;
+
 use super::bodies::Body;
-use super::buffer::Buffer;
 use super::dispatch::WrapX;
 use super::halo::{FluidHalo, Pattern};
 use super::layout::{AaPhase, Layout};
@@ -17,8 +21,8 @@ use crate::domain::{Block, Domain};
 use crate::error::{Error, Result};
 use crate::lattice::Q;
 use crate::math::join_wide;
-use std::cell::{Cell, RefCell};
-use std::ops::{Deref, DerefMut};
+use exchange::{Copies, Crossing};
+use populations::{DeviceCopy, Failure, Newer};
 use std::rc::Rc;
 
 /// Source of the kernels.
@@ -35,111 +39,6 @@ const FLOW_WORDS: usize = 13;
 const BODY_WORDS: usize = 12;
 /// Word of a flow in which no cell is too fast.
 const NO_FAULT: i64 = i64::MAX;
-
-/// Which of the copies is the newer one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Newer {
-    Neither,
-    Host,
-    Device,
-}
-
-/// Populations on the host, with a copy on a device if there is one.
-pub(super) struct Populations<S> {
-    host: std::cell::UnsafeCell<Buffer<S>>,
-    newer: Cell<Newer>,
-    copy: Option<DeviceCopy>,
-}
-
-struct DeviceCopy {
-    queue: Rc<Queue>,
-    array: Array,
-    failed: Rc<Failure>,
-}
-
-/// The first failure of a device.
-#[derive(Default)]
-struct Failure(RefCell<Option<Failed>>);
-
-impl Failure {
-    fn note(&self, result: std::result::Result<(), Failed>) {
-        if let Err(failed) = result {
-            self.0.borrow_mut().get_or_insert(failed);
-        }
-    }
-}
-
-impl<S: Population> From<Buffer<S>> for Populations<S> {
-    fn from(host: Buffer<S>) -> Self {
-        Self { host: host.into(), newer: Cell::new(Newer::Neither), copy: None }
-    }
-}
-
-impl<S: Population> Populations<S> {
-    /// The start of the memory on the host.
-    pub(super) fn root(&mut self) -> *mut S {
-        let _: &mut [S] = self;
-        self.host.get_mut().root()
-    }
-
-    /// Brings the host up to date.
-    fn fetch(&self) {
-        if self.newer.get() == Newer::Device {
-            let copy = self.copy.as_ref().expect("the device has the newer one");
-            // SAFETY: the device became the newer one through a unique borrow, since when there was no reference to the buffer: the
-            // first one is made after this call, which later ones no longer reach.
-            let host: &mut [S] = unsafe { &mut *self.host.get() };
-            copy.failed.note(copy.queue.read(&copy.array, host));
-            self.newer.set(Newer::Neither);
-        }
-    }
-
-    /// The array of the device, brought up to date, which is then the newer one.
-    fn on_device(&mut self) -> &Array {
-        let copy = self.copy.as_mut().expect("on a device");
-        if self.newer.get() == Newer::Host {
-            copy.failed.note(copy.queue.write(&mut copy.array, &self.host.get_mut()[..]));
-        }
-        self.newer.set(Newer::Device);
-        &copy.array
-    }
-}
-
-impl<S: Population> Deref for Populations<S> {
-    type Target = [S];
-    fn deref(&self) -> &[S] {
-        self.fetch();
-        // SAFETY: the buffer changes only through unique borrows, but for `fetch`.
-        unsafe { &*self.host.get() }
-    }
-}
-
-impl<S: Population> DerefMut for Populations<S> {
-    fn deref_mut(&mut self) -> &mut [S] {
-        self.fetch();
-        if self.copy.is_some() {
-            self.newer.set(Newer::Host);
-        }
-        self.host.get_mut()
-    }
-}
-
-/// Copies of populations, from slots to slots.
-struct Copies {
-    to: Array,
-    from: Array,
-    count: usize,
-    corrections: Option<Array>,
-}
-
-/// Numbers that cross to other blocks: where they are, where those that come go, by the phase entered, and the message.
-struct Crossing<S> {
-    from: [Array; 2],
-    to: [Array; 2],
-    counts: [usize; 2],
-    message: Array,
-    packed: Vec<S>,
-}
 
 struct CompiledKernels {
     spans: NamedKernel,
@@ -502,6 +401,7 @@ impl<S: Population> DeviceFluid<S> {
             let bytes = 8 + (Q - 1) * size_of::<S>() + size_of::<[f64; 4]>();
             queue.launch_over(&self.kernels.departed, &arguments, cells.len(), bytes)?;
         }
+        self.transferred += (size_of_val(cells) + size_of_val(sums)) as u64;
         queue.read(found, sums)
     }
 
@@ -520,79 +420,6 @@ impl<S: Population> DeviceFluid<S> {
             max_speed: number(words[10]).sqrt(),
             fault,
         }
-    }
-
-    /// Completes a sweep, after which the phase is `entered`: populations arrive from the neighbouring blocks, and walls send them back.
-    pub(super) fn exchange(
-        &mut self,
-        populations: &mut Populations<S>,
-        halo: &mut FluidHalo<S>,
-        entered: AaPhase,
-    ) {
-        let (array, moved) = (populations.on_device(), 8 + 2 * size_of::<S>());
-        // Both ranks of a message must get through the exchange even if a device has failed.
-        let mut failed = Ok(());
-        let at = entered as usize;
-        for (crossing, pattern) in self.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
-            let Crossing { from, counts, message, packed, .. } = crossing;
-            packed.resize(counts[at], S::zeroed());
-            if counts[at] > 0 {
-                let arguments = [
-                    Argument::Array(array),
-                    Argument::Array(&from[at]),
-                    Argument::Long(counts[at] as u64),
-                    Argument::Array(message),
-                ];
-                // SAFETY: the arguments of the kernel; the message has room for all that is sent.
-                let done =
-                    unsafe { self.queue.launch_over(&self.kernels.pack, &arguments, counts[at], moved) };
-                failed = failed.and(done).and_then(|()| self.queue.read(message, packed));
-            }
-            pattern.send(packed, entered);
-        }
-        failed = failed.and(self.copy(&self.own[at], array));
-        for (crossing, pattern) in self.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
-            let Crossing { to, counts, message, packed, .. } = crossing;
-            pattern.receive(packed);
-            if !packed.is_empty() {
-                let arguments = |message| {
-                    [
-                        Argument::Array(array),
-                        Argument::Array(&to[at]),
-                        Argument::Long(counts[at] as u64),
-                        Argument::Array(message),
-                    ]
-                };
-                assert_eq!(packed.len(), counts[at], "as many numbers come as are sent");
-                failed = failed.and_then(|()| self.queue.write(message, packed)).and_then(|()| {
-                    // SAFETY: the arguments of the kernel; the message holds all that came.
-                    unsafe {
-                        self.queue.launch_over(&self.kernels.unpack, &arguments(message), counts[at], moved)
-                    }
-                });
-            }
-        }
-        failed = failed.and_then(|()| self.copy(&self.late[at], array));
-        self.failed.note(failed);
-    }
-
-    fn copy(&self, all: &[Copies], populations: &Array) -> std::result::Result<(), Failed> {
-        for copies in all {
-            let arguments = [
-                Argument::Array(populations),
-                Argument::Array(&copies.to),
-                Argument::Array(&copies.from),
-                Argument::Long(copies.count as u64),
-                Argument::Int(i32::from(copies.corrections.is_some())),
-                Argument::Array(copies.corrections.as_ref().unwrap_or(&copies.to)),
-            ];
-            // SAFETY: the arguments of the kernel; all slots are within the populations.
-            unsafe {
-                let bytes = 2 * (8 + size_of::<S>());
-                self.queue.launch_over(&self.kernels.copy_links, &arguments, copies.count, bytes)?;
-            }
-        }
-        Ok(())
     }
 }
 

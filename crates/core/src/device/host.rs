@@ -1,0 +1,174 @@
+//! A driver for tests: the kernels as C++, by the system's compiler. So they are held to the bits of the processor's where there is no
+//! driver at all.
+
+use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use std::cell::Cell;
+use std::ffi::{CString, c_char, c_void};
+use std::fmt::Write;
+use std::process::Command;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// The part of OpenCL C that the kernels use.
+const PRELUDE: &str = include_str!("host.h");
+
+/// A kernel: takes pointers to its arguments, the number of work-groups, and that of the items of each.
+pub(super) type Entry = unsafe extern "C" fn(*const *const c_void, usize, usize);
+
+/// The system's C++ compiler; none if there is none.
+pub(super) struct Host {
+    compiler: String,
+}
+
+impl Host {
+    pub(super) fn new() -> Option<Self> {
+        let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".to_owned());
+        Command::new(&compiler).arg("--version").output().is_ok().then_some(Self { compiler })
+    }
+}
+
+impl Driver for Host {
+    fn info(&self) -> DeviceInfo {
+        DeviceInfo {
+            name: "the processor".to_owned(),
+            driver: self.compiler.clone(),
+            memory: 1 << 30,
+            largest: 1 << 30,
+            is_processor: true,
+            refused: None,
+        }
+    }
+
+    fn compile(&self, source: &str, options: &str) -> Result<Arc<dyn Program>, String> {
+        static COUNT: AtomicUsize = AtomicUsize::new(0);
+        let number = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = |ending: &str| {
+            std::env::temp_dir().join(format!("turbid-kernels-{}-{number}.{ending}", std::process::id()))
+        };
+        let (written, built) = (path("cpp"), path("so"));
+        let mut text = format!("{PRELUDE}{source}");
+        for kernel in source.split("__kernel ").skip(1) {
+            let (before, after) = kernel.split_once("void ").expect("a kernel returns nothing");
+            let name = after.split('(').next().expect("a name");
+            writeln!(
+                text,
+                "extern \"C\" void enter_{name}(void** arguments, size_t groups, size_t items) {{ \
+                 items::launch({name}, arguments, groups, items, {}); }}",
+                before.contains("WORK_GROUP")
+            )
+            .expect("memory takes any text");
+        }
+        std::fs::write(&written, text).map_err(|error| error.to_string())?;
+        let output = Command::new(&self.compiler)
+            .args(["-std=c++17", "-O1", "-ffp-contract=off", "-fPIC", "-shared", "-w"])
+            .args(options.split_whitespace())
+            .arg("-o")
+            .args([&built, &written])
+            .output()
+            .map_err(|error| error.to_string())?;
+        let library = CString::new(built.as_os_str().as_encoded_bytes()).expect("a path");
+        // SAFETY: the library has no code that runs as it is loaded.
+        let handle = unsafe { libc::dlopen(library.as_ptr(), libc::RTLD_NOW) };
+        for path in [written, built] {
+            let _ = std::fs::remove_file(path);
+        }
+        if handle.is_null() {
+            return Err(String::from_utf8_lossy(&output.stderr).into_owned());
+        }
+        Ok(Arc::new(Library(handle as usize)))
+    }
+}
+
+/// Compiled kernels, which stay loaded.
+struct Library(usize);
+
+impl Program for Library {
+    fn kernel(&self, name: &str) -> Result<Kernel, Failed> {
+        let name = CString::new(format!("enter_{name}")).expect("a name");
+        // SAFETY: the library stays loaded.
+        let entry = unsafe { libc::dlsym(self.0 as *mut c_void, name.as_ptr().cast::<c_char>()) };
+        if entry.is_null() {
+            return Err(Failed(format!("no {}", name.to_string_lossy())));
+        }
+        // SAFETY: all functions of these names are written above.
+        Ok(Kernel::Host(unsafe { std::mem::transmute::<*mut c_void, Entry>(entry) }))
+    }
+
+    fn commands(self: Arc<Self>) -> Result<Box<dyn Commands>, Failed> {
+        Ok(Box::new(AtOnce))
+    }
+}
+
+/// Does what is asked at once.
+struct AtOnce;
+
+fn words(memory: &Memory) -> &[Cell<u64>] {
+    let Memory::Host(words) = memory else { unreachable!("an array of another driver") };
+    words
+}
+
+fn bytes(memory: &Memory) -> *mut u8 {
+    words(memory).as_ptr().cast::<u8>().cast_mut()
+}
+
+impl Commands for AtOnce {
+    fn allocate(&self, bytes: usize) -> Result<Memory, Failed> {
+        // Nothing may rely on zeros.
+        Ok(Memory::Host(vec![Cell::new(0x7ff4_dead_beef_7ff4); bytes.div_ceil(8)].into()))
+    }
+
+    unsafe fn clear(&self, memory: &mut Memory, count: usize) -> Result<(), Failed> {
+        assert!(count <= 8 * words(memory).len());
+        // SAFETY: the array is as long.
+        unsafe { bytes(memory).write_bytes(0, count) };
+        Ok(())
+    }
+
+    unsafe fn write(&self, memory: &mut Memory, from: &[u8]) -> Result<(), Failed> {
+        assert!(from.len() <= 8 * words(memory).len());
+        // SAFETY: the array is as long.
+        unsafe { bytes(memory).copy_from_nonoverlapping(from.as_ptr(), from.len()) };
+        Ok(())
+    }
+
+    unsafe fn read(&self, memory: &Memory, to: &mut [u8]) -> Result<(), Failed> {
+        assert!(to.len() <= 8 * words(memory).len());
+        // SAFETY: the array is as long.
+        unsafe { bytes(memory).copy_to_nonoverlapping(to.as_mut_ptr(), to.len()) };
+        Ok(())
+    }
+
+    unsafe fn launch(
+        &self,
+        kernel: &Kernel,
+        arguments: &[Argument],
+        groups: usize,
+        group: usize,
+    ) -> Result<(), Failed> {
+        let Kernel::Host(entry) = kernel else { unreachable!("a kernel of another driver") };
+        let arrays: Vec<*mut u8> = arguments
+            .iter()
+            .map(|argument| match argument {
+                Argument::Array(array) => bytes(&array.memory),
+                _ => std::ptr::null_mut(),
+            })
+            .collect();
+        let pointers: Vec<*const c_void> = arguments
+            .iter()
+            .zip(&arrays)
+            .map(|(argument, array)| match argument {
+                Argument::Array(_) => std::ptr::from_ref(array).cast(),
+                Argument::Int(n) => std::ptr::from_ref(n).cast(),
+                Argument::Long(n) => std::ptr::from_ref(n).cast(),
+                Argument::Ints(n) => std::ptr::from_ref(n).cast(),
+            })
+            .collect();
+        // SAFETY: promised by the caller.
+        unsafe { entry(pointers.as_ptr(), groups, group) };
+        Ok(())
+    }
+
+    fn finish(&self) -> Result<(), Failed> {
+        Ok(())
+    }
+}
