@@ -192,8 +192,8 @@ pub struct RunPlan {
     pub precision: Precision,
     /// Instruction set; `None` takes the best this processor has.
     pub simd: Option<Simd>,
-    /// Number of the device that computes the fluid; `None` is the processor.
-    pub device: Option<usize>,
+    /// Numbers of the devices that compute the fluid, which ranks take in turn; none is the processor.
+    pub devices: Vec<usize>,
     /// Files to write.
     pub output: OutputPlan,
 }

@@ -139,7 +139,7 @@ impl FluidSystem {
         let cells = cells[0] as f64;
         let (coupling, driving) = Self::acting(setup, of, decomposition, comm.rank(), cells);
         #[cfg(feature = "gpu")]
-        if let Some(number) = setup.plan.device {
+        if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {
             comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &coupling)))?;
         }
         Ok(Self { fluid, coupling, driving, cells })
@@ -178,7 +178,7 @@ impl FluidSystem {
         let masses = (0..templates.len()).map(|n| setup.virtual_mass(of, n)).collect();
         coupling.set_virtual_masses(masses);
         #[cfg(feature = "gpu")]
-        if setup.plan.device.is_some() {
+        if !setup.plan.devices.is_empty() {
             coupling.use_device();
         }
         (coupling, Driving::new(driving))

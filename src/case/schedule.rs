@@ -30,14 +30,14 @@ impl RunPlan {
     pub(super) fn new(document: &Document, known: &Known) -> Result<Self> {
         let clock = known.clock;
         let end_step = document.steps("run.end", document.case.run.end, clock)?;
-        let (device, threads) = (device(document)?, document.case.run.threads);
+        let (devices, threads) = (devices(document)?, document.case.run.threads);
         Ok(Self {
             end_step,
             average_from_step: average_from(document, clock, end_step)?,
-            threads: if device.is_some() && threads == 0 { 1 } else { threads },
+            threads: if threads == 0 { devices.len() } else { threads },
             precision: document.case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
             simd: simd(document)?,
-            device,
+            devices,
             output: output(document, known, end_step)?,
         })
     }
@@ -269,31 +269,33 @@ fn simd(document: &Document) -> Result<Option<Simd>> {
     }
 }
 
-/// Number of the device asked for, if it is there and can do what the case needs.
-fn device(document: &Document) -> Result<Option<usize>> {
+/// Numbers of the devices asked for, if they are there and can do what the case needs.
+fn devices(document: &Document) -> Result<Vec<usize>> {
     let Some(asked) = document.case.run.device.as_deref().filter(|asked| *asked != "cpu") else {
-        return Ok(None);
+        return Ok(Vec::new());
     };
     let refused =
         |wanted: &str, remedy: &str| Err(document.out_of_range("run.device", asked, wanted, remedy));
-    let number = match asked.strip_prefix("gpu") {
-        Some("") => 0,
-        number => match number.and_then(|number| number.strip_prefix(':')?.parse().ok()) {
-            Some(number) => number,
-            None => return refused("\"cpu\", \"gpu\" or \"gpu:1\"", "`turbid doctor` lists the devices"),
-        },
+    let listed = |list: &str| list.split(',').map(|number| number.parse().ok()).collect();
+    let numbers: Option<Vec<usize>> = match asked.strip_prefix("gpu") {
+        Some("") => Some(vec![0]),
+        list => list.and_then(|list| listed(list.strip_prefix(':')?)),
+    };
+    let Some(numbers) = numbers else {
+        let wanted = "\"cpu\", \"gpu\", \"gpu:1\", or \"gpu:0,1\" for ranks that take devices in turn";
+        return refused(wanted, "`turbid doctor` lists the devices");
     };
     if document.case.fluid.is_none() {
         return refused("\"cpu\" without a fluid", "leave the key out; particles are moved by the processor");
     }
     #[cfg(feature = "gpu")]
-    match crate::device::Device::open(number) {
-        Ok(_) => Ok(Some(number)),
-        Err(error) => refused("a device that is here", &error.to_string()),
+    match numbers.iter().find_map(|&number| crate::device::Device::open(number).err()) {
+        None => Ok(numbers),
+        Some(error) => refused("a device that is here", &error.to_string()),
     }
     #[cfg(not(feature = "gpu"))]
     {
-        let _ = number;
+        let _ = numbers;
         refused("\"cpu\", as this program was built without devices", "build it with the cargo feature `gpu`")
     }
 }

@@ -39,7 +39,9 @@ fn scenes_have_the_bits_of_the_processor_on_one_two_and_four_ranks() {
             let options = ["--set", &keys[0], "--set", &keys[1], "--set", "run.end.steps=100", "--threads"];
             let expected = hash(&place, &[&options[..], &["2"]].concat());
             for ranks in ranks {
-                let found = hash(&place, &[&options[..], &[ranks, "--device", "gpu"]].concat());
+                // Two devices that are the same one are two, too.
+                let device = if *ranks == "4" { "gpu:0,0" } else { "gpu" };
+                let found = hash(&place, &[&options[..], &[ranks, "--device", device]].concat());
                 assert_eq!(found, expected, "{name} {precision} {coupling} on {ranks} ranks");
             }
             let summary = place.summary("out");
@@ -99,6 +101,7 @@ fn what_no_device_does_is_refused_with_the_place_in_the_case() {
     let refused =
         |options: &[&str], words: &[&str]| place.refused(&[&["run", "case.toml"], options].concat(), words);
     refused(&["--device", "gpu:x"], &["`run.device` is gpu:x", "gpu:1"]);
+    refused(&["--device", "gpu:0,"], &["`run.device` is gpu:0,", "gpu:0,1"]);
     refused(&["--device", "gpu:99"], &["`run.device` is gpu:99"]);
 }
 

@@ -82,7 +82,8 @@ struct Changes {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
+    /// What computes the fluid: cpu, gpu, gpu:1, a device by its number in `turbid doctor`, or gpu:0,1, which ranks take in turn. Results
+    /// do not depend on it.
     #[arg(long)]
     device: Option<String>,
 }
@@ -137,7 +138,8 @@ struct ResumeArguments {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
+    /// What computes the fluid: cpu, gpu, gpu:1, a device by its number in `turbid doctor`, or gpu:0,1, which ranks take in turn. Results
+    /// do not depend on it.
     #[arg(long)]
     device: Option<String>,
     #[command(flatten)]

@@ -61,12 +61,15 @@ pub(super) fn summary(
     }
 }
 
-/// Name of the device that computes the fluid of a case, if it is not the processor.
+/// Names of the devices that compute the fluid of a case, if it is not the processor.
 pub(in crate::simulation) fn device_name(setup: &Setup) -> Option<String> {
     #[cfg(feature = "gpu")]
-    return setup.plan.device.and_then(|number| Some(crate::device::devices().get(number)?.name.clone()));
+    let name = |number: &usize| Some(crate::device::devices().get(*number)?.name.clone());
     #[cfg(not(feature = "gpu"))]
-    setup.plan.device.map(|number| number.to_string())
+    let name = |number: &usize| Some(number.to_string());
+    let mut names: Vec<String> = setup.plan.devices.iter().filter_map(name).collect();
+    names.dedup();
+    (!names.is_empty()).then(|| names.join(", "))
 }
 
 /// The instruction set that the kernels of a case use here.
