@@ -76,7 +76,7 @@ pub struct ViewSection {
     pub slice: Option<ViewSlice>,
     /// Draws every contact as a line from both centres to its point, seen through the particles; width and colour by the force.
     pub force_chains: bool,
-    /// Force at the upper end of the colours of these (N). Default: three times the mean weight on the lowest particles, or else of the first
+    /// Force at the upper end of the colours of these (N). Default: the mean weight on the lowest particles, or else of the first
     /// picture with a contact.
     #[schemars(transform = positive)]
     pub force_range: Option<f64>,

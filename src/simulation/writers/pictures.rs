@@ -242,7 +242,7 @@ impl Measure {
 
     /// The magnitude that is expected in a run, 0 if nothing is known: of the [speed](expected) `U`, and for particles of diameter `D`
     /// of a vorticity of `4 U / D`, an angular speed of `2 U / D`, a pressure of `rho U^2 / 2 + 3 mu U / D` (that on a sphere in Stokes
-    /// flow) and three times the [weight](weight) on the lowest particles.
+    /// flow) and the [weight](weight) on the lowest particles.
     fn expected(&self, setup: &Setup) -> f64 {
         let (speed, diameter) = (expected(setup), diameter(setup));
         match (self.name, &setup.fluid) {
@@ -252,7 +252,7 @@ impl Measure {
             ("pressure", Some(fluid)) => {
                 fluid.density * speed * (0.5 * speed + 3.0 * fluid.viscosity / diameter)
             }
-            ("force", _) => 3.0 * weight(setup),
+            ("force", _) => weight(setup),
             _ => 0.0,
         }
     }
