@@ -23,6 +23,7 @@ mod materials;
 mod motion;
 mod overrides;
 mod physics;
+mod pictures;
 mod placement;
 mod plausible;
 mod resolve;
@@ -49,7 +50,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use file::schema;
+pub use file::{BodyColour, Quantity};
 pub use hertz::Hertz;
+pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
 pub(crate) use resolve::with_shapes;
 pub use resolve::{from_saved, from_text, load, outline};
@@ -249,10 +252,8 @@ pub struct OutputPlan {
     pub contacts_every: u64,
     /// Steps between pictures.
     pub picture_every: u64,
-    /// The axis across which the slice of a picture lies, and the coordinate along it (m), if the case says so.
-    pub picture_plane: Option<(usize, Option<f64>)>,
-    /// Speed at the upper end of the colours of pictures (m/s), if the case says so.
-    pub picture_range: Option<f64>,
+    /// The pictures.
+    pub pictures: Vec<PicturePlan>,
     /// When checkpoints are due.
     pub checkpoint_every: CheckpointSpacing,
 }

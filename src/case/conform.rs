@@ -9,13 +9,15 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Names that other programs and papers use, the key that is meant, and how to write it.
-const OTHER_NAMES: [(&str, &str, &str); 6] = [
+const OTHER_NAMES: [(&str, &str, &str); 8] = [
     ("radius", "diameter", "write diameter = 2 radius"),
     ("radius", "axes", "write axes = [x, y, z], whole lengths from end to end"),
     ("dt", "time_step", "write time_step = ... in seconds"),
     ("tau", "relaxation_time", "write relaxation_time = ... in time steps"),
     ("phi", "volume_fraction", "write volume_fraction = ..."),
     ("nu", "viscosity", "write viscosity = ... in m^2/s"),
+    ("picture_plane", "pictures", "write pictures = [{ slice = { normal = \"y\", position = ... } }]"),
+    ("picture_range", "pictures", "write pictures = [{ slice = { range = [0, ...] } }]"),
 ];
 
 /// Most characters of a value that a title repeats.

@@ -5,6 +5,7 @@
 mod contacts;
 mod motion;
 mod particles;
+mod pictures;
 mod shapes;
 mod walls;
 
@@ -28,6 +29,7 @@ pub use particles::{
     Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, RelativeDistance, RelaxDistance,
     SizeShare, SizeSpread, Sizes,
 };
+pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection};
 
@@ -325,27 +327,11 @@ pub struct OutputSection {
     pub contacts_every: Option<Every>,
     /// Pictures (.png). Default: 10 over the run.
     pub picture_every: Option<Every>,
-    /// Plane of the slices in pictures. Default: through the middle of the box, parallel to gravity and if possible to x. In a
-    /// dry run its normal is the line of sight.
-    pub picture_plane: Option<PicturePlane>,
-    /// Speed at the upper end of the colours of all pictures (m/s), rounded up. Default: the largest of u*, the fastest wall,
-    /// the fastest particle at the start, prescribed motion and what `body_acceleration` (in a dry run: the fall through the box) may lead to; in
-    /// none of these, the fastest of the first picture.
-    #[schemars(transform = positive)]
-    pub picture_range: Option<f64>,
+    /// Pictures, each a slice of the flow or a view of the box. Default: a slice of the speed, and a view; in a dry run a view.
+    pub pictures: Option<Vec<PictureSection>>,
     /// Checkpoints, from which `turbid resume` continues; the last two are kept. Default `{ wall_time = 600 }`, with the engine
     /// LIGGGHTS "never".
     pub checkpoint_every: Option<CheckpointEvery>,
-}
-
-/// The plane of a slice.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PicturePlane {
-    /// The axis across which it lies: "x", "y" or "z".
-    pub normal: Axis,
-    /// Coordinate along that axis (m). Default: the middle of the box.
-    pub position: Option<f64>,
 }
 
 /// An axis of the box.

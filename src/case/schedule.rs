@@ -3,6 +3,7 @@
 use super::checks::{Clock, Document};
 use super::file::{CheckpointEvery, Duration, Every};
 use super::overrides::split;
+use super::pictures::pictures;
 use super::source::Source;
 use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
 use crate::error::Result;
@@ -213,31 +214,9 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
             None if !cfg!(feature = "pictures") => 0,
             asked => every("picture_every", asked, 10)?,
         },
-        picture_plane: picture_plane(document, size)?,
-        picture_range: output.picture_range,
+        pictures: pictures(document, size)?,
         checkpoint_every: checkpoint_every(document, clock)?,
     })
-}
-
-/// Axis and coordinate of the plane of pictures.
-fn picture_plane(document: &Document, size: Vec3) -> Result<Option<(usize, Option<f64>)>> {
-    let Some(plane) = &document.case.output.picture_plane else {
-        return Ok(None);
-    };
-    let (axis, key) = (plane.normal as usize, "output.picture_plane.position");
-    let Some(position) = plane.position else {
-        return Ok(Some((axis, None)));
-    };
-    if document.case.dry.is_some() {
-        let title =
-            format!("`{key}` has no meaning in a dry run, whose pictures show all particles from the side");
-        return Err(document.error(key, &title, "there is no slice", "remove it"));
-    }
-    if !(0.0..=size[axis]).contains(&position) {
-        let wanted = format!("from 0 to {}, the length of the box", size[axis]);
-        return Err(document.out_of_range(key, position, &wanted, "in metres"));
-    }
-    Ok(Some((axis, Some(position))))
 }
 
 fn checkpoint_every(document: &Document, clock: Clock) -> Result<CheckpointSpacing> {

@@ -11,7 +11,7 @@ pub(super) const PARTIAL_SUFFIX: &str = ".tmp";
 /// Writes a file under another name, syncs it to disk, and renames it to `path`, whose directory may be missing.
 ///
 /// After an error neither `path` has changed nor is anything left beside it.
-pub(super) fn write_atomically(
+pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<()> {

@@ -8,7 +8,7 @@
 //!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
 //!   contacts.pvd      contacts/contacts_0000001000.vtp ...
 //!   force_chains.pvd  force_chains/force_chains_0000001000.vtp ...
-//!   pictures/velocity_0000001000.png ...
+//!   pictures/NAME_0000001000.png ...
 //!   checkpoints/step-0000001000/ ...
 //! ```
 //!
@@ -59,11 +59,12 @@ pub const SURFACES: Numbered = Numbered::new("surfaces", "surfaces_", ".vtp");
 pub const CONTACTS: Numbered = Numbered::new("contacts", "contacts_", ".vtp");
 /// Force chains.
 pub const FORCE_CHAINS: Numbered = Numbered::new("force_chains", "force_chains_", ".vtp");
-/// Pictures.
-pub const PICTURES: Numbered = Numbered::new("pictures", "velocity_", ".png");
+/// Pictures, each kind with a [name](Numbered::named_file) of its own.
+pub const PICTURES: Numbered = Numbered::new("pictures", "", ".png");
 const NUMBERED: [Numbered; 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
 
-/// Files of one kind that are numbered by steps: `FOLDER/PREFIX0000001000.EXTENSION`, and `FOLDER.pvd`, the collection of those for
+/// Files of one kind that are numbered by steps: `FOLDER/PREFIX0000001000.EXTENSION` (`FOLDER/NAME_0000001000.EXTENSION` with any name
+/// where the prefix is empty), and `FOLDER.pvd`, the collection of those for
 /// VTK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Numbered {
@@ -87,6 +88,11 @@ impl Numbered {
     pub fn file(&self, directory: &Path, step: u64) -> PathBuf {
         let name = format!("{}{step:010}{}", self.prefix, self.extension);
         directory.join(self.folder).join(name)
+    }
+
+    /// The file of a step whose name begins with one of its own, where the prefix is empty.
+    pub fn named_file(&self, directory: &Path, name: &str, step: u64) -> PathBuf {
+        directory.join(self.folder).join(format!("{name}_{step:010}{}", self.extension))
     }
 
     /// The collection.
@@ -192,6 +198,16 @@ impl OutputFiles {
     pub fn checkpoints(&self) -> PathBuf {
         self.directory.join(checkpoint::FOLDER)
     }
+}
+
+/// Names and steps of the pictures in an output directory, in no order; [`Error::Io`] if their folder cannot be read.
+pub fn pictures(directory: &Path) -> Result<Vec<(String, u64)>> {
+    let all = own::frames(directory, PICTURES);
+    let all = all.map_err(|source| Error::io("read", &directory.join(PICTURES.folder), source))?;
+    let whole = all.iter().filter(|own| own.is_whole_file());
+    let named =
+        |own: &own::Own| Some((own.of.file_stem()?.to_str()?.rsplit_once('_')?.0.to_owned(), own.step?));
+    Ok(whole.filter_map(named).collect())
 }
 
 /// [`claim`] and [`prepare`], before anything is computed, so that a run cannot fail at its first output after hours. Errors:
@@ -315,13 +331,16 @@ pub fn clear(directory: &Path, more: &[Kind]) -> Result<()> {
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
 }
 
-/// Removes what a run that resumes after `step` has left: files of later steps, those of this step that are not `kept` (full paths; a
-/// file stands for its pieces and their index), partial ones, the summary and the settling plot. Called when nothing can refuse to
+/// Removes what a run that resumes after `step` has left: files of later steps, those of this step that are not of the `kept` kinds, partial ones, the summary and the settling plot. Called when nothing can refuse to
 /// resume any more.
-pub fn clear_after(directory: &Path, more: &[Kind], step: u64, kept: &[PathBuf]) -> Result<()> {
+pub fn clear_after(directory: &Path, more: &[Kind], step: u64, kept: &[Numbered]) -> Result<()> {
     let is_later = |own: &own::Own| match own.step {
         None => [SUMMARY, SETTLING].iter().any(|end| own.path.ends_with(end)),
-        Some(at) => at > step || at == step && !kept.contains(&own.of),
+        Some(at) => {
+            at > step
+                || at == step
+                    && !kept.iter().any(|kind| own.of.parent() == Some(&directory.join(kind.folder)))
+        }
     };
     let removed = own::all(directory, more).and_then(|mut all| {
         all.retain(|own| own.partial || is_later(own));

@@ -1,4 +1,4 @@
-//! Figures of a run: a slice through the velocity field, the particles from the side, the settling velocity over time. They are
+//! Figures of a run: a slice through the velocity field, the box in perspective, the settling velocity over time. They are
 //! drawn by the crate `turbid-plot`, all but the [`Plane`] only with the cargo feature `pictures`.
 
 #[cfg(feature = "pictures")]
@@ -7,20 +7,20 @@ mod plane;
 #[cfg(feature = "pictures")]
 mod settling;
 #[cfg(feature = "pictures")]
-mod side_view;
-#[cfg(feature = "pictures")]
 mod slice;
 #[cfg(feature = "pictures")]
 mod snapshot;
+#[cfg(feature = "pictures")]
+mod view;
 
 pub use plane::Plane;
 #[cfg(feature = "pictures")]
 pub use {
     settling::{SettlingPlot, settling_chart, write_settling},
-    side_view::write_side_view,
-    slice::write_slice,
-    snapshot::Snapshot,
-    turbid_plot::{Figure, Format},
+    slice::{Slice, write_slice},
+    snapshot::{Scale, Snapshot},
+    turbid_plot::{Colours, Figure, Format, Image, KINDS, film, round_up},
+    view::{Bodies, Chains, Scene, write_view},
 };
 
 /// Writes a figure; the file appears whole.

@@ -7,14 +7,14 @@ mod gather;
 mod row;
 mod summary;
 
-use super::writers::{Need, RankOutput, RootOutput, Writer, WriterState, slice_plane};
+use super::writers::{Need, RankOutput, RootOutput, Writer, WriterState, slice_planes};
 use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::output::directory::{self, Kind};
-use crate::output::{OutputFiles, Summary};
+use crate::output::{Numbered, OutputFiles, Summary};
 use crate::particle::Particle;
 pub(super) use gather::{fields as all_fields, loads as all_loads, own_fields, particles as all_particles};
 pub(super) use row::settles_for_ever;
@@ -22,7 +22,6 @@ pub(super) use row::settles_for_ever;
 pub(super) use row::settling_direction;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 pub(super) use summary::device_name;
@@ -116,9 +115,9 @@ impl<'a> Observer<'a> {
     /// Removes or cuts off what was written after the first step.
     fn resume_files(&mut self, state: &ObserverState) -> Result<()> {
         let written = |done: &Option<u64>| *done == Some(self.first);
-        let kept: Vec<PathBuf> = (self.writers.iter().zip(&self.done))
+        let kept: Vec<Numbered> = (self.writers.iter().zip(&self.done))
             .filter(|(_, done)| written(done))
-            .filter_map(|(writer, _)| Some(writer.numbered()?.file(self.files.directory(), self.first)))
+            .filter_map(|(writer, _)| writer.numbered())
             .collect();
         directory::clear_after(self.files.directory(), &kinds(&self.writers), self.first, &kept)?;
         for writer in &mut self.writers {
@@ -184,14 +183,17 @@ impl<'a> Observer<'a> {
     ) -> Result<()> {
         let (setup, cut, needed) = (self.setup, self.decomposition, |need| needs.contains(&need));
         let time = simulation.step as f64 * setup.time_step;
-        let touches = if needed(Need::Contacts) || needed(Need::Row) {
+        let touches = if needed(Need::Contacts) || needed(Need::AllContacts) || needed(Need::Row) {
             simulation.dem.contact_states()
         } else {
             Vec::new()
         };
         let row = measured.and_then(|measured| row::row(setup, simulation, measured, &touches));
-        let slice = (needed(Need::Slice) && setup.fluid.is_some())
-            .then(|| gather::slice(simulation, cut, &slice_plane(setup)));
+        let planes = (needed(Need::Slices) && setup.fluid.is_some()).then(|| slice_planes(setup));
+        let planes = planes.unwrap_or_default();
+        let slices: Vec<_> = planes.iter().map(|plane| gather::slice(simulation, cut, plane)).collect();
+        let contacts = needed(Need::AllContacts).then(|| gather::contacts(simulation, &touches));
+        let contacts = contacts.unwrap_or_default();
         let selected: Vec<Vec<Particle>> = (due.iter().map(|&i| &self.writers[i]))
             .map(|writer| {
                 if writer.needs().contains(&Need::Selected) {
@@ -218,7 +220,8 @@ impl<'a> Observer<'a> {
                     time,
                     row: row.as_ref(),
                     selected,
-                    slice: slice.as_deref(),
+                    slices: &slices,
+                    contacts: &contacts,
                     pieces: self.pieces.then_some(cut),
                 })
             });

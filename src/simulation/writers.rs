@@ -114,8 +114,10 @@ pub enum Need {
     Contacts,
     /// [`RootOutput::selected`].
     Selected,
-    /// [`RootOutput::slice`].
-    Slice,
+    /// [`RootOutput::slices`].
+    Slices,
+    /// [`RootOutput::contacts`].
+    AllContacts,
 }
 
 /// Data of a step on this rank: its piece where ranks are processes, everything at rank 0 where they are threads. Empty if no due
@@ -183,8 +185,11 @@ pub struct RootOutput<'a> {
     pub row: Option<&'a SeriesRow>,
     /// The particles of all ranks that the writer [selects](Writer::selects), ascending by id.
     pub selected: Vec<Particle>,
-    /// Velocity (m/s) on the [plane](slice_plane) of the pictures, as [`Plane::add`] makes it; nothing without a fluid.
-    pub slice: Option<&'a [[f32; 3]]>,
+    /// Velocity (m/s) and pressure (Pa) on each of the [planes](slice_planes) of the pictures, as [`Plane::add`] makes them; none
+    /// without a fluid.
+    pub slices: &'a [Vec<[f32; 4]>],
+    /// The contacts of all ranks, in ascending order of the ids.
+    pub contacts: &'a [ContactState],
     /// The blocks whose ranks have written the pieces of all files, if they are in pieces.
     pub pieces: Option<&'a Decomposition>,
 }
@@ -198,9 +203,16 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     writers
 }
 
-/// The plane that the pictures of a case show.
-pub fn slice_plane(setup: &Setup) -> Plane {
-    Plane::new(&setup.domain, setup.gravity, setup.plan.output.picture_plane)
+/// The planes that the pictures of a case show, each once.
+pub fn slice_planes(setup: &Setup) -> Vec<Plane> {
+    let mut planes = Vec::new();
+    for slice in setup.plan.output.pictures.iter().filter_map(|picture| picture.slice.as_ref()) {
+        let plane = Plane::new(&setup.domain, setup.gravity, slice.cut);
+        if !planes.contains(&plane) {
+            planes.push(plane);
+        }
+    }
+    planes
 }
 
 /// Files of one kind, estimated before a run.

@@ -10,7 +10,10 @@ use std::sync::Arc;
 use turbid::dem::ContactState;
 use turbid::domain::{Block, Domain};
 use turbid::math::{Quat, Vec3};
-use turbid::output::picture::{Plane, SettlingPlot, Snapshot, write_settling, write_side_view, write_slice};
+use turbid::output::picture::{
+    Bodies, Chains, Colours, Plane, Scale, Scene, SettlingPlot, Slice, Snapshot, write_settling, write_slice,
+    write_view,
+};
 use turbid::output::{
     self, Collection, Fields, OutputFiles, ParticlePoints, ParticleSurfaces, SeriesRow, SeriesWriter,
     directory, estimate_mean, write_fields, write_walls,
@@ -98,17 +101,20 @@ fn fields(particles: &[Particle]) -> Fields {
     fields
 }
 
-/// The velocity of the plane of a picture, out of that of all cells.
-fn slice(snapshot: &Snapshot, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let plane = &snapshot.plane;
-    let (Block { lo, hi }, [nx, ny, _]) = (plane.cells(), cells);
-    let mut slice = vec![[0.0; 3]; plane.values()];
-    for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
-        for x in lo[0]..hi[0] {
-            plane.add(&mut slice, [x, y, z], velocity[x + nx * (y + ny * z)]);
-        }
+/// The speed in the plane of a picture, out of the velocity of all cells.
+fn slice(plane: &Plane, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<f32> {
+    let [nx, ny, _] = cells;
+    let mut flow = vec![[0.0; 4]; plane.values()];
+    for cell @ [x, y, z] in plane.cells().cells() {
+        let [u, v, w] = velocity[x + nx * (y + ny * z)];
+        plane.add(&mut flow, cell, [u, v, w, 0.0]);
     }
-    slice
+    flow.iter().map(|u| (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt()).collect()
+}
+
+/// A scale of speeds.
+fn speeds(top: f64) -> Scale {
+    Scale { label: "speed |u|", unit: "m/s", range: (0.0, top), colours: Colours::Viridis }
 }
 
 fn write_run(root: &Path) {
@@ -146,14 +152,16 @@ fn write_run(root: &Path) {
             case: "hindered_settling",
             time,
             stokes_time: Some(DIAMETER / STOKES_VELOCITY),
-            plane: Plane::new(&DOMAIN, -Vec3::z(), None),
+            domain: DOMAIN,
+            gravity: -Vec3::z(),
             templates: &templates,
             particles: &particles,
             walls: &[],
-            largest_speed: None,
         };
-        let slice = slice(&snapshot, DOMAIN.cells, &fields.velocity);
-        write_slice(&files.file(directory::PICTURES, step), &snapshot, &slice).unwrap();
+        let (plane, scale) = (Plane::new(&DOMAIN, -Vec3::z(), None), speeds(0.1));
+        let values = slice(&plane, DOMAIN.cells, &fields.velocity);
+        let slice = Slice { plane, values: &values, scale: &scale };
+        write_slice(&directory::PICTURES.named_file(root, "speed", step), &snapshot, &slice).unwrap();
     }
 
     let mut random = ChaCha8Rng::seed_from_u64(8);
@@ -202,7 +210,7 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
         expected.push(format!("fields/fields_{step}.vti"));
         expected.push(format!("particles/particles_{step}.vtp"));
         expected.push(format!("surfaces/surfaces_{step}.vtp"));
-        expected.push(format!("pictures/velocity_{step}.png"));
+        expected.push(format!("pictures/speed_{step}.png"));
     }
     expected.sort();
     assert_eq!(found, expected);
@@ -359,15 +367,28 @@ fn write_tank(root: &Path) {
         case: "tank",
         time: 1e-3,
         stokes_time: None,
-        plane: Plane::new(&TANK, -Vec3::z(), None),
+        domain: TANK,
+        gravity: -Vec3::z(),
         templates: &templates,
         particles: &particles,
         walls: &walls,
-        largest_speed: None,
     };
-    write_side_view(&files.file(directory::PICTURES, 0), &snapshot).unwrap();
-    write_slice(&files.file(directory::PICTURES, 100), &snapshot, &slice(&snapshot, TANK.cells, &velocity))
-        .unwrap();
+    let (plane, scale) = (Plane::new(&TANK, -Vec3::z(), None), speeds(0.03));
+    let values = slice(&plane, TANK.cells, &velocity);
+    let slice = Slice { plane, values: &values, scale: &scale };
+    write_slice(&directory::PICTURES.named_file(root, "speed", 100), &snapshot, &slice).unwrap();
+    let force = Scale { label: "force", unit: "N", range: (0.0, 2e-3), colours: Colours::Warm };
+    let colours = vec![[220; 3]; particles.len()];
+    let scene = Scene {
+        from: None,
+        zoom: 1.0,
+        size: [1200, 900],
+        bodies: Bodies::Colours(&colours),
+        slice: Some(slice),
+        chains: Some(Chains { contacts: &touching, scale: &force }),
+        threads: 2,
+    };
+    write_view(&directory::PICTURES.named_file(root, "view", 100), &snapshot, &scene).unwrap();
 }
 
 #[test]
@@ -377,16 +398,14 @@ fn walls_contacts_and_bodies_of_every_kind_leave_their_files() {
     let root = kept.as_deref().unwrap_or(temporary.path());
     write_tank(root);
     let files = OutputFiles::new(root);
+    let picture = |name| directory::PICTURES.named_file(root, name, 100);
     let numbered = [
         files.file(directory::CONTACTS, 100),
         files.file(directory::FORCE_CHAINS, 100),
         files.file(directory::PARTICLES, 100),
         files.file(directory::SURFACES, 100),
     ];
-    for path in [files.walls(), files.file(directory::PICTURES, 0), files.file(directory::PICTURES, 100)]
-        .iter()
-        .chain(&numbered)
-    {
+    for path in [files.walls(), picture("speed"), picture("view")].iter().chain(&numbered) {
         assert!(std::fs::metadata(path).unwrap().len() > 1000, "{}", path.display());
     }
 }

@@ -11,6 +11,7 @@ mod crosscheck;
 #[cfg(feature = "gpu")]
 mod device;
 mod driving;
+mod film;
 mod foreign;
 mod golden;
 #[cfg(feature = "liggghts")]

@@ -11,7 +11,12 @@ const OUTPUT: &str = "series_every = { steps = 20 }
 fields_every = { steps = 20 }
 particles_every = { steps = 20 }
 contacts_every = { steps = 20 }
-picture_every = { steps = 40 }";
+picture_every = { steps = 40 }
+pictures = [
+    { slice = { normal = \"z\", quantity = \"vorticity\" } },
+    { slice = { quantity = \"pressure\" } },
+    { view = { force_chains = true, size = [500, 400] } },
+]";
 
 fn case(domain: &str, particles: &str) -> String {
     viscous(domain, &format!("{particles}\n[driving]\ngravity = [0.0, -60.0, -60.0]"), 40, OUTPUT)
@@ -50,7 +55,7 @@ fn three_threads_leave_the_very_files_of_one() {
     let three = files_below(&on_threads(&place, "3", "three"));
     assert!(one.keys().eq(three.keys()), "{one:?} {three:?}");
     // Fields, particles, surfaces, contacts, force chains; pictures; and what there is once.
-    assert_eq!(one.len(), 5 * STEPS.len() + 1 + 10, "{one:?}");
+    assert_eq!(one.len(), 5 * STEPS.len() + 3 + 10, "{one:?}");
     for (name, path) in one.iter().filter(|(name, _)| *name != Path::new("summary.json")) {
         assert!(std::fs::read(path).unwrap() == std::fs::read(&three[name]).unwrap(), "{}", name.display());
     }

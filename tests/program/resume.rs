@@ -60,6 +60,7 @@ directory = "out"
 series_every = { steps = 8 }
 particles_every = { steps = 48 }
 picture_every = { steps = 160 }
+pictures = [{ view = { colour = "contact_force", force_chains = true, size = [400, 300] } }]
 "#;
 
 /// Free spheres among bodies that oscillate, follow a table, turn and are free along an axis, whose loads are in the series; the
@@ -313,7 +314,7 @@ fn a_run_that_is_resumed_twice_keeps_the_intervals_of_its_first_length() {
     }
     let frames = |folder: &str| std::fs::read_dir(place.path("out").join(folder)).unwrap().count();
     // Every 16 steps and at the end, and every 8.
-    assert_eq!((frames("fields"), frames("pictures")), (8, 14));
+    assert_eq!((frames("fields"), frames("pictures")), (8, 28));
     let summary = place.summary("out");
     let input = summary["input"].as_str().unwrap();
     assert!(input.contains("[run.average_from]\nsteps = 26"), "{input}");

@@ -164,7 +164,7 @@ fn a_run_writes_everything_it_promises() {
     assert_eq!(place.files("fields").len(), 3);
     assert_eq!(place.files("particles").len(), 4);
     // None of the fluid at rest.
-    assert_eq!(place.files("pictures").len(), 2);
+    assert_eq!(place.files("pictures").len(), 4, "a slice and a view");
     let steps: Vec<f64> = place.series().iter().map(|row| row[0]).collect();
     assert_eq!(steps, (0..=30).map(|i| f64::from(2 * i)).collect::<Vec<_>>());
 
@@ -240,7 +240,7 @@ fn a_run_that_is_told_to_stop_ends_cleanly_with_readable_files() {
         let last = summary["steps"].as_u64().unwrap();
         assert!(series.len() >= 20 && last < 100_000_000);
         assert_eq!(series.last().unwrap()[0] as u64, last);
-        for (folder, prefix) in [("fields", "fields"), ("particles", "particles"), ("pictures", "velocity")] {
+        for (folder, prefix) in [("fields", "fields"), ("particles", "particles"), ("pictures", "view")] {
             let name = place.files(folder).pop().unwrap();
             let name = name.file_stem().unwrap().to_string_lossy().into_owned();
             assert_eq!(name, format!("{prefix}_{last:010}"));

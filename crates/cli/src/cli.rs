@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod crosscheck;
 mod doctor;
+mod film;
 mod machine;
 mod pack;
 mod preflight;
@@ -56,6 +57,8 @@ enum Command {
     Validate(validate::ValidateArguments),
     /// Draw the results of a run or a study: figures as SVG and PNG, tables and checks on one page.
     Report(report::ReportArguments),
+    /// Make an animated PNG, or an MP4 with ffmpeg, of the pictures of a run.
+    Film(film::FilmArguments),
     /// Show the properties of this machine, and settings to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
@@ -254,6 +257,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Study(arguments) => study::study(&arguments),
         Command::Validate(arguments) => validate::validate(&arguments),
         Command::Report(arguments) => report::report(&arguments).map(|()| true),
+        Command::Film(arguments) => film::film(&arguments).map(|()| true),
         Command::Doctor => {
             say(&doctor::report());
             Ok(true)

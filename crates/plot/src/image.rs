@@ -48,6 +48,21 @@ impl Image {
         [pixel.red(), pixel.green(), pixel.blue()]
     }
 
+    /// Red, green and blue (0 to 255) at a position, 0 to 1 from the left and from the top; linear between the middles of pixels.
+    pub(crate) fn between(&self, right: f32, down: f32) -> [f32; 3] {
+        let near = |part: f32, pixels: u32| {
+            let at = (part * pixels as f32 - 0.5).clamp(0.0, pixels as f32 - 1.0);
+            let first = at as u32;
+            (first, (first + 1).min(pixels - 1), at - first as f32)
+        };
+        let ((x0, x1, s), (y0, y1, t)) = (near(right, self.width()), near(down, self.height()));
+        let corners = [(x0, y0), (x1, y0), (x0, y1), (x1, y1)].map(|(x, y)| self.colour(x, y));
+        std::array::from_fn(|i| {
+            let [a, b, c, d] = corners.map(|colour| f32::from(colour[i]));
+            (1.0 - t) * ((1.0 - s) * a + s * b) + t * ((1.0 - s) * c + s * d)
+        })
+    }
+
     /// Mixes a colour into every pixel `(x, y)`, by `part` between 0 and 1.
     pub fn blend(&mut self, colour: [u8; 3], part: impl Fn(u32, u32) -> f32) {
         let width = self.pixels.width();

@@ -3,7 +3,7 @@
 //! A [`Chart`] (panels with common axes, measured points with error bars, references as lines), [`Bars`] or a [`Picture`] (pixels
 //! on axes with a colour bar) is plain data; its method `figure` draws a [`Figure`], which [encodes](Figure::encode) itself in
 //! any [`Format`]. There is one system of ticks ([`Chart`] and [`Picture`] share it) and one font, which is embedded: a figure
-//! has the same bytes on every machine. [`Raster`] draws solid bodies for a picture.
+//! has the same bytes on every machine. A [`View`] shows solid bodies in perspective; [`film`] makes one moving picture of several.
 //!
 //! ```
 //! use turbid_plot::{Axis, Chart, Format, Series, Style};
@@ -24,21 +24,23 @@ mod bars;
 mod chart;
 mod colour;
 mod drawing;
+mod film;
 mod image;
 mod markup;
 mod picture;
-mod raster;
 mod scale;
 mod svg;
 mod text;
+mod view;
 
 pub use bars::Bars;
 pub use chart::{Axis, Chart, Mark, Panel, Point, Series, Style};
-pub use colour::{BACKGROUND, BLUE, INK, REFERENCES, VERMILION, WALL, viridis};
+pub use colour::{BLUE, Colours, INK, KINDS, REFERENCES, VERMILION, WALL};
 pub use drawing::{Figure, Format};
+pub use film::film;
 pub use image::Image;
-pub use picture::Picture;
-pub use raster::{Corner, Raster};
+pub use picture::{Bar, Picture};
+pub use view::{Item, Mesh, Paint, Triangle, View};
 
 /// The smallest round number from `largest` on, so that a scale from zero to it has ticks at round numbers.
 pub fn round_up(largest: f64) -> f64 {

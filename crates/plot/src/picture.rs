@@ -1,6 +1,6 @@
 //! A picture in colours: pixels on axes, with a colour bar.
 
-use crate::colour::{INK, WALL, viridis};
+use crate::colour::{Colours, INK, WALL};
 use crate::drawing::{Align, Area, Drawing, Figure, Mark, Stroke};
 use crate::image::Image;
 use crate::markup::axis_label;
@@ -22,10 +22,21 @@ pub struct Picture {
     pub y: (String, f64),
     /// True if the vertical axis starts at the top instead.
     pub downwards: bool,
-    /// Colour bar: label, and the number at its upper end, for which [`viridis`] is 1; it starts at zero.
-    pub bar: (String, f64),
+    /// Colour bar.
+    pub bar: Bar,
     /// Walls left and right, and below and above.
     pub closed: [bool; 2],
+}
+
+/// A colour bar.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bar {
+    /// Quantity and unit.
+    pub label: String,
+    /// Numbers at its ends.
+    pub range: (f64, f64),
+    /// Colours.
+    pub colours: Colours,
 }
 
 /// Space left of the image for the name of the axis, beside the numbers.
@@ -38,8 +49,8 @@ const TOP: f32 = 90.0;
 const BOTTOM: f32 = 110.0;
 /// Smallest height of a page in pixels.
 const LOWEST: f32 = 900.0;
-const TITLE: f32 = 30.0;
-const LABEL: f32 = 28.0;
+pub(crate) const TITLE: f32 = 30.0;
+pub(crate) const LABEL: f32 = 28.0;
 const NUMBER: f32 = 24.0;
 /// Width of the line that stands for a wall.
 const CLOSED: f32 = 10.0;
@@ -52,8 +63,8 @@ impl Picture {
             |length: f64, steps: f32| Scale::new(&[0.0, length], false, Ends::Tight, f64::from(steps));
         let x = scale(self.x.1, (width_ / 110.0).max(2.0));
         let y = scale(self.y.1, (height / 110.0).max(2.0));
-        let bar = scale(self.bar.1, (height / 60.0).clamp(2.0, 9.0));
-        let (left, right) = ((NAME_SPACE + y.widest(NUMBER)).ceil(), (BAR_SPACE + bar.widest(NUMBER)).ceil());
+        let beside = self.bar.space(height);
+        let (left, right) = ((NAME_SPACE + y.widest(NUMBER)).ceil(), beside.ceil());
         let titles = (width(&self.title, TITLE) + width(&self.caption, TITLE) + 2.0 * TITLE).floor();
         let size = (left + right + width_.max(titles), (TOP + height + BOTTOM).max(LOWEST));
         let l = left + (0.5 * (size.0 - left - right - width_)).floor();
@@ -75,7 +86,7 @@ impl Picture {
         drawing.text(&across, LABEL, (0.5 * (l + r), b + 82.0), Align::Middle, INK);
         let (up, beside) = (axis_label(&self.y.0, y.exponent), l - 36.0 - y.widest(NUMBER));
         drawing.text(&up, LABEL, (beside, 0.5 * (t + b)), Align::Upwards, INK);
-        draw_bar(&mut drawing, &bar, &axis_label(&self.bar.0, bar.exponent), area);
+        self.bar.draw(&mut drawing, r, (t, b));
         Figure { size, title: format!("{}: {}", self.title, self.caption), drawing }
     }
 
@@ -95,18 +106,35 @@ impl Picture {
     }
 }
 
-/// Draws the colour bar right of the image, with its name.
-fn draw_bar(drawing: &mut Drawing, scale: &Scale, label: &str, (_, t, r, b): Area) {
-    let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
-    let rows = (b - t) as u32;
-    let row = |y: u32| viridis(1.0 - (f64::from(y) + 0.5) / f64::from(rows));
-    let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| [row(y); BAR.1 as usize]).collect();
-    let image = Image::new(BAR.1 as u32, rows, &colours);
-    drawing.0.push(Mark::Image(image, (left as u32, t as u32)));
-    drawing.frame((left, t, right, b), Stroke::new(INK, 2.0));
-    scale.draw(drawing, Side::Right, (left, t, right, b), NUMBER);
-    let at = (right + 60.0 + scale.widest(NUMBER), 0.5 * (t + b));
-    drawing.text(label, LABEL, at, Align::Upwards, INK);
+impl Bar {
+    /// Its numbers, on a bar so many pixels high.
+    fn scale(&self, height: f32) -> Scale {
+        let (lo, hi) = self.range;
+        Scale::new(&[lo, hi], false, Ends::Tight, f64::from((height / 60.0).clamp(2.0, 9.0)))
+    }
+
+    /// Width that it takes beside an image with its numbers and its name.
+    pub(crate) fn space(&self, height: f32) -> f32 {
+        BAR_SPACE + self.scale(height).widest(NUMBER)
+    }
+
+    /// Draws it right of an image that ends at `r`, between the rows `t` and `b`.
+    pub(crate) fn draw(&self, drawing: &mut Drawing, r: f32, (t, b): (f32, f32)) {
+        let scale = self.scale(b - t);
+        let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
+        let (rows, (lo, hi)) = ((b - t) as u32, self.range);
+        let row = |y: u32| {
+            let value = hi - (hi - lo) * (f64::from(y) + 0.5) / f64::from(rows);
+            self.colours.of(value, self.range)
+        };
+        let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| [row(y); BAR.1 as usize]).collect();
+        let image = Image::new(BAR.1 as u32, rows, &colours);
+        drawing.0.push(Mark::Image(image, (left as u32, t as u32)));
+        drawing.frame((left, t, right, b), Stroke::new(INK, 2.0));
+        scale.draw(drawing, Side::Right, (left, t, right, b), NUMBER);
+        let at = (right + 60.0 + scale.widest(NUMBER), 0.5 * (t + b));
+        drawing.text(&axis_label(&self.label, scale.exponent), LABEL, at, Align::Upwards, INK);
+    }
 }
 
 #[cfg(test)]
@@ -121,7 +149,7 @@ mod tests {
             x: ("x / D".into(), 8.0),
             y: ("z / D".into(), 16.0),
             downwards: false,
-            bar: ("speed |u| (mm/s)".into(), 40.0),
+            bar: Bar { label: "speed |u| (mm/s)".into(), range: (0.0, 40.0), colours: Colours::Viridis },
             closed: [true, false],
         }
     }

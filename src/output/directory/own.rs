@@ -88,7 +88,10 @@ pub(super) fn frames(directory: &Path, kind: Numbered) -> io::Result<Vec<Own>> {
     }
     let index = extension.replacen('.', ".p", 1);
     let mut add = |path: PathBuf, frame: &str, partial: bool, kind: FileType| {
-        let digits = frame.strip_prefix(prefix);
+        let digits = match prefix {
+            "" => frame.rsplit_once('_').map(|(_, digits)| digits).filter(|digits| digits.len() >= 10),
+            prefix => frame.strip_prefix(prefix),
+        };
         let step = Some(digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?);
         there.push(Own {
             path,

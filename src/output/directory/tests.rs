@@ -17,7 +17,7 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
         files.file(PARTICLES, 12_345_678_901),
         files.collection(SURFACES),
         files.file(SURFACES, 12),
-        files.file(PICTURES, 0),
+        PICTURES.named_file(&directory, "my-view_2", 0),
         files.particle_series(),
         files.collection(CONTACTS),
         files.file(CONTACTS, 3),
@@ -35,6 +35,8 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
     let foreign = [
         directory.join("notes.txt"),
         directory.join("fields/fields_best.vti"),
+        directory.join("pictures/best_1.png"),
+        directory.join("pictures/0000000001.png"),
         directory.join("particles/fields_0000000001.vti"),
         directory.join("summary.json.bak"),
         directory.join("contacts/contacts_0000000006/notes.txt"),
@@ -60,7 +62,7 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
     }
     assert!(!directory.join("fields/fields_0000000005").exists(), "an empty folder");
     let left = fs::read_dir(&directory).unwrap().count();
-    assert_eq!(left, 9, "seven folders, two foreign files, no probe");
+    assert_eq!(left, 9, "eight folders, two foreign files, no probe");
     let left: Vec<_> = fs::read_dir(files.checkpoints()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["mine"]);
 }
@@ -93,7 +95,7 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
         files.file(PARTICLES, 5),
         files.file(CONTACTS, 6),
         files.file(FORCE_CHAINS, 7),
-        files.file(PICTURES, 12_345_678_901),
+        PICTURES.named_file(directory, "speed", 12_345_678_901),
         partial(files.file(FIELDS, 2)),
         partial(files.series()),
         pieces::index(&files.file(PARTICLES, 5)),
@@ -108,7 +110,7 @@ fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep(
     }
     let checkpoint = files.checkpoints().join("step-0000000009");
     fs::create_dir_all(&checkpoint).unwrap();
-    let kept = [files.file(FIELDS, 5), files.file(FORCE_CHAINS, 5), files.file(CONTACTS, 6)];
+    let kept = [FIELDS, FORCE_CHAINS, CONTACTS];
     clear_after(directory, &[], 5, &kept).unwrap();
     for path in stays.iter().chain([&checkpoint]) {
         assert!(path.exists(), "{} is needed", path.display());

@@ -1,11 +1,11 @@
-//! The plane of a slice, and the velocity on it.
+//! The plane of a slice, and the flow on it.
 
 use crate::domain::{Block, Domain};
 use crate::math::Vec3;
 
 /// The plane of a slice, across an axis of the box. By default it goes through the middle of the box and holds the direction of
 /// gravity, upwards in the picture, and if it can the x axis: the x-z plane for gravity along z.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "pictures alone have a size"))]
 pub struct Plane {
     pub(super) domain: Domain,
@@ -65,20 +65,46 @@ impl Plane {
         cells
     }
 
-    /// Adds the velocity (m/s) of one of its [`cells`](Self::cells) to that of the plane, `width * height` values for the numbers
-    /// of cells across and up, across fastest, zero at first. Panics if `velocity` has another length.
-    pub fn add(&self, velocity: &mut [[f32; 3]], cell: [usize; 3], u: [f32; 3]) {
+    /// Adds the flow in one of its [`cells`](Self::cells), velocity (m/s) and pressure (Pa), to that of the plane: `width * height`
+    /// values for the numbers of cells across and up, across fastest, zero at first. Panics if `flow` has another length.
+    pub fn add(&self, flow: &mut [[f32; 4]], cell: [usize; 3], u: [f32; 4]) {
         let n = self.domain.cells;
-        assert_eq!(velocity.len(), self.values(), "one velocity per point of the plane");
+        assert_eq!(flow.len(), self.values(), "one value per point of the plane");
         let (first, _, part) = self.layers();
         let weight = if cell[self.normal] == first { 1.0 - part } else { part } as f32;
-        let at = &mut velocity[cell[self.across] + n[self.across] * cell[self.up]];
+        let at = &mut flow[cell[self.across] + n[self.across] * cell[self.up]];
         for (sum, u) in at.iter_mut().zip(u) {
             *sum += weight * u;
         }
     }
 
-    /// Number of velocities of the plane.
+    /// Component of the vorticity along the normal (1/s) at every point, of the [flow](Self::add) there: central differences, one-sided
+    /// beside a closed face.
+    pub fn vorticity(&self, flow: &[[f32; 4]]) -> Vec<f32> {
+        let (n, width) = (self.domain.cells, self.domain.cells[self.across]);
+        // Change of a component along another axis, at a point.
+        let slope = |component: usize, axis: usize, at: [usize; 2]| {
+            let along = usize::from(axis == self.up);
+            let (cells, here) = (n[axis], at[along]);
+            let (before, after) = if self.domain.periodic[axis] {
+                ((here + cells - 1) % cells, (here + 1) % cells)
+            } else {
+                (here.saturating_sub(1), (here + 1).min(cells - 1))
+            };
+            let value = |place: usize| {
+                let mut at = at;
+                at[along] = place;
+                f64::from(flow[at[0] + width * at[1]][component])
+            };
+            let steps = if self.domain.periodic[axis] { 2 } else { (after - before).max(1) };
+            (value(after) - value(before)) / (steps as f64 * self.domain.dx)
+        };
+        let (a, b) = ((self.normal + 1) % 3, (self.normal + 2) % 3);
+        let places = (0..self.values()).map(|place| [place % width, place / width]);
+        places.map(|at| (slope(b, a, at) - slope(a, b, at)) as f32).collect()
+    }
+
+    /// Number of points of the plane.
     pub fn values(&self) -> usize {
         self.domain.cells[self.across] * self.domain.cells[self.up]
     }
@@ -108,12 +134,13 @@ mod tests {
 
     #[test]
     fn between_a_closed_face_and_the_cell_beside_it_the_velocity_is_that_of_the_cell() {
-        let velocity: Vec<[f32; 3]> = (0..800).map(|place| [(place / 20) as f32, 0.0, 0.0]).collect();
+        let flow: Vec<[f32; 4]> = (0..800).map(|place| [(place / 20) as f32, 0.0, 0.0, 0.0]).collect();
         for (closed, expected) in [(true, [39.0, 0.0]), (false, [29.25, 9.75])] {
             let domain = Domain { periodic: [true, true, !closed], ..BOX };
             let plane = Plane::new(&domain, Vec3::zeros(), None);
             // Two pixels per cell.
-            let speeds = plane.speeds(&velocity, (1, 80));
+            let flow: Vec<f32> = flow.iter().map(|u| u[0]).collect();
+            let speeds = plane.pixels(&flow, (1, 80));
             let got = [speeds[0], speeds[79]];
             assert!(got.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-4), "{got:?}");
         }
@@ -124,14 +151,36 @@ mod tests {
         for (layers, expected) in [(11, 5.0), (12, 5.5)] {
             let domain = Domain { cells: [20, layers, 40], ..BOX };
             let plane = Plane::new(&domain, Vec3::zeros(), None);
-            let (Block { lo, hi }, mut velocity) = (plane.cells(), vec![[0.0; 3]; plane.values()]);
+            let (Block { lo, hi }, mut velocity) = (plane.cells(), vec![[0.0; 4]; plane.values()]);
             for (z, y) in (lo[2]..hi[2]).flat_map(|z| (lo[1]..hi[1]).map(move |y| (z, y))) {
                 for x in lo[0]..hi[0] {
-                    plane.add(&mut velocity, [x, y, z], [x as f32, y as f32, z as f32]);
+                    plane.add(&mut velocity, [x, y, z], [x as f32, y as f32, z as f32, 1.0]);
                 }
             }
-            let mean = |place: u16| [f32::from(place % 20), expected, f32::from(place / 20)];
+            let mean = |place: u16| [f32::from(place % 20), expected, f32::from(place / 20), 1.0];
             assert_eq!(velocity, (0..800).map(mean).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn the_vorticity_of_a_rigid_rotation_is_twice_its_rate_and_that_of_a_shear_its_rate() {
+        let closed = Domain { periodic: [false; 3], ..BOX };
+        for normal in 0..3 {
+            let plane = Plane::new(&closed, -Vec3::z(), Some((normal, None)));
+            let (rotation, mut flow) = (Vec3::ith(normal, 1.5), vec![[0.0; 4]; plane.values()]);
+            let mut shear = flow.clone();
+            for cell in plane.cells().cells() {
+                let at = Vec3::from(cell.map(|i| i as f64 * closed.dx));
+                let u = rotation.cross(&at).map(|u| u as f32);
+                plane.add(&mut flow, cell, [u.x, u.y, u.z, 0.0]);
+                let mut along = [0.0; 4];
+                along[(normal + 1) % 3] = -2.5 * at[(normal + 2) % 3] as f32;
+                plane.add(&mut shear, cell, along);
+            }
+            for (flow, expected) in [(flow, 3.0), (shear, 2.5)] {
+                let vorticity = plane.vorticity(&flow);
+                assert!(vorticity.iter().all(|w| (w - expected).abs() < 1e-3), "{normal} {expected}");
+            }
         }
     }
 
@@ -148,9 +197,9 @@ mod tests {
             let plane = Plane::new(&BOX, -Vec3::z(), Some((1, Some(position))));
             let Block { lo, hi } = plane.cells();
             assert_eq!(lo[1]..hi[1], layers, "{position}");
-            let mut velocity = vec![[0.0; 3]; plane.values()];
+            let mut velocity = vec![[0.0; 4]; plane.values()];
             for y in lo[1]..hi[1] {
-                plane.add(&mut velocity, [0, y, 0], [y as f32, 0.0, 0.0]);
+                plane.add(&mut velocity, [0, y, 0], [y as f32, 0.0, 0.0, 0.0]);
             }
             assert!((velocity[0][0] - expected).abs() < 1e-5, "{position}");
             assert!((plane.point(0.0, 0.0).y - position).abs() < 1e-12);

@@ -2,7 +2,7 @@
 
 use super::outline::{REFINEMENT, cut};
 use super::plane::Plane;
-use super::snapshot::{AXES, Snapshot, SpeedRange};
+use super::snapshot::{AXES, Scale, Snapshot};
 use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -15,38 +15,55 @@ use turbid_plot::{Image, WALL};
 /// Cuts smaller than this many pixels look like dirt and are left out.
 const SMALLEST_OUTLINE: f32 = 5.0;
 
-/// Draws the [`Plane`] of a snapshot, with lengths in diameters of the first kind of particle (in metres without particles).
-/// `velocity` (m/s) is that of the plane, as [`Plane::add`] makes it; of the particles those are enough that the plane
-/// [cuts](Plane::cuts). Panics if `velocity` has not the [length](Plane::values) of the plane.
-pub fn write_slice(path: &Path, snapshot: &Snapshot, velocity: &[[f32; 3]]) -> Result<()> {
-    let (image, range) = draw(snapshot, velocity);
-    let (length, unit) = snapshot.unit();
-    let normal = snapshot.plane.normal;
-    let caption = format!("{} = {:.2} {unit}", AXES[normal], snapshot.plane.height() / length);
-    let figure = snapshot.figure(image, &caption, "speed |u|", &range);
+/// A slice of a flow.
+#[derive(Clone, Copy, Debug)]
+pub struct Slice<'a> {
+    /// Where it is.
+    pub plane: Plane,
+    /// The values at its points, in the order of [`Plane::add`].
+    pub values: &'a [f32],
+    /// Their colours.
+    pub scale: &'a Scale,
+}
+
+/// Draws a slice with lengths in diameters of the first kind of particle (in metres without particles). Of the particles those are
+/// enough that the plane [cuts](Plane::cuts). Panics if there are not [as many values](Plane::values) as the plane has points.
+pub fn write_slice(path: &Path, snapshot: &Snapshot, slice: &Slice) -> Result<()> {
+    let mut image = slice.flow(snapshot);
+    draw_particles(&mut image, snapshot, &slice.plane);
+    draw_walls(&mut image, snapshot, &slice.plane);
+    let ((length, unit), plane) = (snapshot.unit(), &slice.plane);
+    let caption = format!("{} = {:.2} {unit}", AXES[plane.normal], plane.height() / length);
+    let figure = snapshot.figure(plane, image, &caption, slice.scale);
     write_figure(path, &figure, Format::Png)
 }
 
-fn draw(snapshot: &Snapshot, velocity: &[[f32; 3]]) -> (Image, SpeedRange) {
-    let (pixels, scale) = snapshot.pixels();
-    let speeds = snapshot.plane.speeds(velocity, pixels);
-    let largest = || f64::from(speeds.iter().copied().fold(0.0, f32::max));
-    let range = SpeedRange::up_to(snapshot.largest_speed.unwrap_or_else(largest));
-    let colours: Vec<[u8; 3]> = speeds.iter().map(|&speed| range.colour(f64::from(speed))).collect();
-    let mut image = Image::new(pixels.0, pixels.1, &colours);
-    draw_particles(&mut image, snapshot, scale);
-    let walls: Vec<Surface> = (snapshot.walls.iter()).map(|wall| wall.surface_at(snapshot.time)).collect();
-    draw_walls(&mut image, &snapshot.plane, scale, &walls);
-    (image, range)
+impl Slice<'_> {
+    /// The flow in its colours, and the walls.
+    pub(super) fn image(&self, snapshot: &Snapshot) -> Image {
+        let mut image = self.flow(snapshot);
+        draw_walls(&mut image, snapshot, &self.plane);
+        image
+    }
+
+    fn flow(&self, snapshot: &Snapshot) -> Image {
+        debug_assert_eq!(self.plane.domain, snapshot.domain);
+        let (pixels, _) = self.plane.page();
+        let values = self.plane.pixels(self.values, pixels);
+        let colours: Vec<[u8; 3]> = values.iter().map(|&value| self.scale.colour(f64::from(value))).collect();
+        Image::new(pixels.0, pixels.1, &colours)
+    }
 }
 
 /// Covers the inside of walls with grey, as far as the picture shows them.
 ///
 /// A pixel on the edge is covered in part.
-pub(super) fn draw_walls(image: &mut Image, plane: &Plane, scale: f64, walls: &[Surface]) {
+fn draw_walls(image: &mut Image, snapshot: &Snapshot, plane: &Plane) {
+    let walls: Vec<Surface> = (snapshot.walls.iter()).map(|wall| wall.surface_at(snapshot.time)).collect();
     if walls.is_empty() {
         return;
     }
+    let (_, scale) = plane.page();
     image.blend(WALL, |x, y| {
         let at = plane.point((f64::from(x) + 0.5) / scale, (f64::from(y) + 0.5) / scale);
         let distance = (walls.iter().map(|wall| wall.distance(at))).fold(f64::INFINITY, f64::min);
@@ -55,8 +72,8 @@ pub(super) fn draw_walls(image: &mut Image, plane: &Plane, scale: f64, walls: &[
 }
 
 /// Outlines of all particles and their periodic images that the plane cuts.
-fn draw_particles(image: &mut Image, snapshot: &Snapshot, scale: f64) {
-    let plane = &snapshot.plane;
+fn draw_particles(image: &mut Image, snapshot: &Snapshot, plane: &Plane) {
+    let (_, scale) = plane.page();
     let (across, up) = (Vec3::ith(plane.across, 1.0), Vec3::ith(plane.up, 1.0));
     let middle = Vec3::ith(plane.normal, plane.height());
     let mut particles: Vec<&Particle> = snapshot.particles.iter().collect();
@@ -93,30 +110,38 @@ mod tests {
     use crate::shape::Sphere;
     use crate::wall::{Motion, Wall};
     use std::sync::Arc;
+    use turbid_plot::Colours;
 
     const BOX: Domain = Domain { periodic: [true; 3], cells: [20, 11, 40], dx: 0.1 };
 
     /// Speed grows with z from 0 at the bottom to 1 at the top.
-    fn velocity() -> Vec<[f32; 3]> {
-        (0..800).map(|place| [(place / 20) as f32 / 39.0, 0.0, 0.0]).collect()
+    fn values() -> Vec<f32> {
+        (0..800).map(|place| (place / 20) as f32 / 39.0).collect()
     }
 
     fn templates() -> [Template; 1] {
         [Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]
     }
 
+    const SPEED: Scale =
+        Scale { label: "speed |u|", unit: "m/s", range: (0.0, 1.0), colours: Colours::Viridis };
+
     fn draw_with(gravity: Vec3, particles: &[Particle], walls: &[Wall]) -> Image {
         let snapshot = Snapshot {
             case: "a rather long name of a case",
             time: 12.3,
             stokes_time: Some(1.0),
-            plane: Plane::new(&BOX, gravity, None),
+            domain: BOX,
+            gravity,
             templates: &templates(),
             particles,
             walls,
-            largest_speed: Some(1.0),
         };
-        draw(&snapshot, &velocity()).0
+        let (values, plane) = (values(), Plane::new(&BOX, gravity, None));
+        let mut image = Slice { plane, values: &values, scale: &SPEED }.flow(&snapshot);
+        draw_particles(&mut image, &snapshot, &plane);
+        draw_walls(&mut image, &snapshot, &plane);
+        image
     }
 
     /// Colour at a position in the box; the image is 500 by 1000 pixels.
@@ -135,7 +160,7 @@ mod tests {
             for z in [0.5, 1.0, 2.0, 3.5] {
                 let down = if flipped { z } else { 4.0 - z };
                 let speed = (z / 0.1 - 0.5) / 39.0;
-                let (got, expected) = (colour_at(&image, 1.3, down), turbid_plot::viridis(speed));
+                let (got, expected) = (colour_at(&image, 1.3, down), SPEED.colour(speed));
                 assert!(close(got, expected), "{gravity} {z}: {got:?} {expected:?}");
             }
         }
@@ -186,15 +211,17 @@ mod tests {
                 case: "rest",
                 time: 12.3,
                 stokes_time: Some(1.0),
-                plane: Plane::new(&domain, Vec3::zeros(), None),
+                domain,
+                gravity: Vec3::zeros(),
                 templates: &[],
                 particles: &[],
                 walls: &[],
-                largest_speed: None,
             };
-            let (image, range) = draw(&snapshot, &vec![[0.0; 3]; snapshot.plane.values()]);
-            assert_eq!(image.colour(0, 0), range.colour(0.0));
-            let page = snapshot.figure(image, "", "", &range).image();
+            let plane = Plane::new(&domain, Vec3::zeros(), None);
+            let values = vec![0.0; plane.values()];
+            let image = Slice { plane, values: &values, scale: &SPEED }.image(&snapshot);
+            assert_eq!(image.colour(0, 0), SPEED.colour(0.0));
+            let page = snapshot.figure(&plane, image, "", &SPEED).image();
             assert!(page.height() >= 900 && page.width() < 2600);
         }
     }

@@ -1,10 +1,11 @@
 //! Contents of a picture of the box besides the fluid, and the page round it.
 
 use super::plane::Plane;
+use crate::domain::Domain;
 use crate::math::Vec3;
 use crate::particle::{Particle, Template};
 use crate::wall::Wall;
-use turbid_plot::{Figure, Image, Picture, round_up, viridis};
+use turbid_plot::{Bar, Colours, Figure, Image, Picture};
 
 /// The box and what is in it at one time.
 #[derive(Clone, Copy, Debug)]
@@ -15,21 +16,21 @@ pub struct Snapshot<'a> {
     pub time: f64,
     /// Unit of `t*`, `D / u_Stokes` (s); `None` gives the time in seconds.
     pub stokes_time: Option<f64>,
-    /// Plane that is cut, or along whose normal the box is seen; with the box and its cells.
-    pub plane: Plane,
+    /// The box and its cells.
+    pub domain: Domain,
+    /// Its gravity (m/s^2), which points down.
+    pub gravity: Vec3,
     /// Geometries and materials.
     pub templates: &'a [Template],
     /// All particles.
     pub particles: &'a [Particle],
     /// All walls.
     pub walls: &'a [Wall],
-    /// Speed at the upper end of the colours (m/s), the same for all pictures of a film; `None` takes the largest in the picture.
-    pub largest_speed: Option<f64>,
 }
 
 impl Snapshot<'_> {
     /// The time as text.
-    fn time_text(&self) -> String {
+    pub(super) fn time_text(&self) -> String {
         match self.stokes_time {
             Some(unit) => format!("t* = {:.1}", self.time / unit),
             None if self.time > 0.0 && self.time < 0.1 => format!("t = {:.2} ms", 1e3 * self.time),
@@ -39,9 +40,9 @@ impl Snapshot<'_> {
 
     /// Images of a wrapped position that can be seen within `reach` of the box, along the periodic ones of `axes`.
     pub(super) fn images(&self, position: Vec3, reach: f64, axes: &[usize]) -> Vec<Vec3> {
-        let size = self.plane.domain.size();
-        let mut images = vec![self.plane.domain.wrap(position)];
-        for &axis in axes.iter().filter(|&&axis| self.plane.domain.periodic[axis]) {
+        let size = self.domain.size();
+        let mut images = vec![self.domain.wrap(position)];
+        for &axis in axes.iter().filter(|&&axis| self.domain.periodic[axis]) {
             for image in std::mem::take(&mut images) {
                 images.extend([-1.0, 0.0, 1.0].map(|turn| image + Vec3::ith(axis, turn * size[axis])));
             }
@@ -50,29 +51,22 @@ impl Snapshot<'_> {
         images
     }
 
-    /// Width and height of the picture in pixels, and pixels per metre.
-    pub(super) fn pixels(&self) -> ((u32, u32), f64) {
-        let (width, height) = self.plane.size;
-        let scale = (HEIGHT / height).min(WIDEST / width);
-        let pixels = |length: f64| (length * scale).round().max(1.0) as u32;
-        ((pixels(width), pixels(height)), scale)
-    }
-
     /// Unit of length of the axes (m) and its name: the diameter of the first kind of particle, or a unit that suits the box.
     pub(super) fn unit(&self) -> (f64, &'static str) {
         if let Some(template) = self.templates.first() {
             return (template.shape.equivalent_diameter(), "D");
         }
-        match unit_prefix(self.plane.size.0.max(self.plane.size.1)) {
+        match unit_prefix(self.domain.size().max()) {
             ("m", factor) => (1.0 / factor, "mm"),
             ("", factor) => (1.0 / factor, "m"),
+            ("n", factor) => (1.0 / factor, "nm"),
             (_, factor) => (1.0 / factor, "\u{b5}m"),
         }
     }
 
-    /// The page with a finished image on it: a caption, and the name of the speed that colours mean.
-    pub(super) fn figure(&self, image: Image, caption: &str, speed: &str, range: &SpeedRange) -> Figure {
-        let (plane, (length, unit)) = (&self.plane, self.unit());
+    /// The page with a finished image of a plane on it, with a caption.
+    pub(super) fn figure(&self, plane: &Plane, image: Image, caption: &str, scale: &Scale) -> Figure {
+        let (length, unit) = self.unit();
         let label = |axis: usize| match unit {
             "D" => format!("{} / D", AXES[axis]),
             unit => format!("{} ({unit})", AXES[axis]),
@@ -85,7 +79,7 @@ impl Snapshot<'_> {
             x: (label(plane.across), plane.size.0 / length),
             y: (label(plane.up), plane.size.1 / length),
             downwards: plane.flipped,
-            bar: (format!("{speed} ({}m/s)", range.prefix), range.top),
+            bar: scale.bar(),
             closed: [closed(plane.across), closed(plane.up)],
         };
         picture.figure()
@@ -112,10 +106,17 @@ impl Plane {
         Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
     }
 
-    /// Velocity magnitude (m/s) at every pixel, row by row from the top; linear between cell centres. `layer` is the velocity of
-    /// the plane, as [`add`](Self::add) makes it.
-    pub(super) fn speeds(&self, layer: &[[f32; 3]], (width, height): (u32, u32)) -> Vec<f32> {
-        assert_eq!(layer.len(), self.values(), "one velocity per point of the plane");
+    /// Width and height of the picture in pixels, and pixels per metre.
+    pub(super) fn page(&self) -> ((u32, u32), f64) {
+        let (width, height) = self.size;
+        let scale = (HEIGHT / height).min(WIDEST / width);
+        let pixels = |length: f64| (length * scale).round().max(1.0) as u32;
+        ((pixels(width), pixels(height)), scale)
+    }
+
+    /// The value at every pixel, row by row from the top: linear between `values`, those at the points of the plane.
+    pub(super) fn pixels(&self, values: &[f32], (width, height): (u32, u32)) -> Vec<f32> {
+        assert_eq!(values.len(), self.values(), "one value per point of the plane");
         let (n, na) = (self.domain.cells, self.domain.cells[self.across]);
         // Cells on both sides of a pixel, and how far it is from the first to the second.
         let neighbours = |pixel: u32, pixels: u32, axis: usize| {
@@ -132,20 +133,16 @@ impl Plane {
             (index(first), index(first + 1.0), (place - first) as f32)
         };
         let columns: Vec<_> = (0..width).map(|x| neighbours(x, width, self.across)).collect();
-        let mut speeds = Vec::with_capacity((width * height) as usize);
+        let mut pixels = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
             let row = if self.flipped { y } else { height - 1 - y };
             let (b0, b1, t) = neighbours(row, height, self.up);
-            for &(a0, a1, s) in &columns {
-                let corners = [(a0, b0), (a1, b0), (a0, b1), (a1, b1)].map(|(a, b)| layer[a + na * b]);
-                let u: [f32; 3] = std::array::from_fn(|i| {
-                    let [p, q, r, w] = corners.map(|u| u[i]);
-                    (1.0 - t) * ((1.0 - s) * p + s * q) + t * ((1.0 - s) * r + s * w)
-                });
-                speeds.push(u.iter().map(|x| x * x).sum::<f32>().sqrt());
-            }
+            pixels.extend(columns.iter().map(|&(a0, a1, s)| {
+                let [p, q, r, w] = [(a0, b0), (a1, b0), (a0, b1), (a1, b1)].map(|(a, b)| values[a + na * b]);
+                (1.0 - t) * ((1.0 - s) * p + s * q) + t * ((1.0 - s) * r + s * w)
+            }));
         }
-        speeds
+        pixels
     }
 }
 
@@ -155,29 +152,33 @@ pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 const HEIGHT: f64 = 1000.0;
 const WIDEST: f64 = 2200.0;
 
-/// The speeds that colours mean.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SpeedRange {
-    /// Prefix of m/s in the numbers, and the factor to it.
-    prefix: &'static str,
-    factor: f64,
-    /// Number at the upper end.
-    top: f64,
+/// Values that colours mean.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scale {
+    /// Quantity, for the colour bar.
+    pub label: &'static str,
+    /// Its unit in SI.
+    pub unit: &'static str,
+    /// Values at both ends of the colours; those outside have the colours of the ends.
+    pub range: (f64, f64),
+    /// Colours.
+    pub colours: Colours,
 }
 
-impl SpeedRange {
-    /// From zero to a round number above `largest` (m/s).
-    pub(super) fn up_to(largest: f64) -> Self {
-        let (prefix, factor) = unit_prefix(largest);
-        // A fluid at rest but for rounding gets a range on which that vanishes.
-        let seen = largest > 1e-9 && largest.is_finite();
-        let top = if seen { round_up(largest * factor) } else { 1.0 };
-        Self { prefix, factor, top }
+impl Scale {
+    /// The colour of a value.
+    pub(super) fn colour(&self, value: f64) -> [u8; 3] {
+        self.colours.of(value, self.range)
     }
 
-    /// The colour of a speed (m/s).
-    pub(super) fn colour(&self, speed: f64) -> [u8; 3] {
-        viridis(speed * self.factor / self.top)
+    /// The colour bar, its numbers of order one to a thousand.
+    pub(super) fn bar(&self) -> Bar {
+        let (lo, hi) = self.range;
+        // "1/s" takes no prefix.
+        let takes = !self.unit.starts_with('1');
+        let (prefix, factor) = if takes { unit_prefix(lo.abs().max(hi.abs())) } else { ("", 1.0) };
+        let label = format!("{} ({prefix}{})", self.label, self.unit);
+        Bar { label, range: (lo * factor, hi * factor), colours: self.colours }
     }
 }
 
@@ -186,6 +187,7 @@ fn unit_prefix(largest: f64) -> (&'static str, f64) {
     match largest {
         x if x >= 1.0 || x <= 0.0 || x.is_nan() => ("", 1.0),
         x if x >= 1e-3 => ("m", 1e3),
+        x if x < 1e-6 => ("n", 1e9),
         _ => ("\u{b5}", 1e6),
     }
 }

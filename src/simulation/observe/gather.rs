@@ -34,8 +34,7 @@ impl RankOutput {
             output.contacts = touches.to_vec();
             output.partners = Some(partners(simulation, touches));
         } else if needed(Need::Contacts) {
-            output.contacts = gathered(simulation, touches.to_vec());
-            output.contacts.sort_by_key(|contact| (contact.first, contact.second));
+            output.contacts = contacts(simulation, touches);
         }
         if pieces && (needed(Need::Particles) || needed(Need::Loads)) {
             output.particles = simulation.particles().to_vec();
@@ -62,6 +61,13 @@ pub(in crate::simulation) fn particles(
     let own = simulation.dem.particles().owned().iter();
     let mut all = gathered(simulation, own.filter(|p| wanted(p)).copied().collect());
     all.sort_unstable_by_key(|particle| particle.id);
+    all
+}
+
+/// The contacts of all ranks, in ascending order of the ids, on rank 0; none elsewhere. Collective.
+pub(super) fn contacts(simulation: &Simulation, touches: &[ContactState]) -> Vec<ContactState> {
+    let mut all = gathered(simulation, touches.to_vec());
+    all.sort_by_key(|contact| (contact.first, contact.second));
     all
 }
 
@@ -201,23 +207,27 @@ pub(in crate::simulation) fn fields(
     Ok(all)
 }
 
-/// The velocity (m/s) on the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and without a fluid.
+/// Velocity (m/s) and pressure (Pa) on the plane of a slice on rank 0, as [`Plane::add`] makes it; nothing elsewhere and without a fluid.
 /// Collective.
 pub(super) fn slice(
     simulation: &mut Simulation,
     decomposition: &Decomposition,
     plane: &Plane,
-) -> Vec<[f32; 3]> {
+) -> Vec<[f32; 4]> {
     let part = |rank: usize| common(plane.cells(), decomposition.block(rank));
     let mut own = Vec::new();
-    each_cell(simulation, part(simulation.comm.rank()), velocity, |u| {
+    let value = |units: &Units, state: &CellState| {
+        let [u, v, w, pressure, _] = field_values(units, state);
+        [u, v, w, pressure]
+    };
+    each_cell(simulation, part(simulation.comm.rank()), value, |u| {
         own.extend_from_slice(bytemuck::bytes_of(&u));
     });
     let parts = simulation.comm.gather(own);
     if parts.is_empty() {
         return Vec::new();
     }
-    let mut all = vec![[0.0; 3]; plane.values()];
+    let mut all = vec![[0.0; 4]; plane.values()];
     for (rank, bytes) in parts.iter().enumerate() {
         each_value(part(rank), bytes, |cell, u| plane.add(&mut all, cell, u));
     }

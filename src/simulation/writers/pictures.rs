@@ -1,30 +1,113 @@
-//! Pictures of a run: which plane they show, and colours that mean the same in all of them.
+//! Pictures of a run: the quantities that they show, and colours that mean the same in all of them.
 
 use super::vtk::parsed;
-use super::{FileEstimate, Need, RootOutput, Writer, WriterState, slice_plane};
-use crate::case::Setup;
+use super::{FileEstimate, Need, RootOutput, Writer, WriterState, slice_planes};
+use crate::case::{BodyColour, PicturePlan, Quantity, Setup, SlicePlan, ViewPlan};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::Numbered;
 use crate::output::directory::PICTURES;
-use crate::output::picture::{Plane, Snapshot, write_side_view, write_slice};
+use crate::output::picture::{
+    Bodies, Chains, Colours, KINDS, Plane, Scale, Scene, Slice, Snapshot, round_up, write_slice, write_view,
+};
 use crate::particle::Particle;
+use std::collections::BTreeMap;
 
 /// Bytes of a picture.
 const BYTES: f64 = 3e5;
+/// Colours of particles that have none, and of those that are seen through.
+const PLAIN: [u8; 3] = [226, 216, 200];
+const PALE: [u8; 3] = [240, 238, 234];
+/// Values below this are rounding.
+const LEAST: f64 = 1e-12;
 
-/// Writes a slice through the fluid with the particles that it cuts; without a fluid all particles from the side.
+/// Writes the slices and views of a run.
 pub(super) struct Pictures<'a> {
     setup: &'a Setup,
-    plane: Plane,
-    /// Speed at the upper end of the colours of all pictures (m/s), once there is one.
-    range: Option<f64>,
+    planes: Vec<Plane>,
+    /// Value at the upper end of the colours of each quantity for which the case gives no range, once there is one.
+    tops: BTreeMap<String, f64>,
 }
 
 impl<'a> Pictures<'a> {
     pub(super) fn new(setup: &'a Setup) -> Self {
-        Self { setup, plane: slice_plane(setup), range: setup.plan.output.picture_range }
+        Self { setup, planes: slice_planes(setup), tops: BTreeMap::new() }
     }
+
+    fn plans(&self) -> &'a [PicturePlan] {
+        &self.setup.plan.output.pictures
+    }
+
+    /// Colours of a quantity in all pictures: the range that the case gives, or else up to what is expected in the run, or else to
+    /// what is `seen` in its first picture that shows some of it.
+    fn scale(&mut self, measure: &Measure, given: Option<[f64; 2]>, seen: impl FnOnce() -> f64) -> Scale {
+        let is_some = |top: &f64| *top > LEAST && top.is_finite();
+        let known = self.tops.get(measure.name).copied();
+        let found = known.or_else(|| Some(measure.expected(self.setup)).filter(is_some));
+        let found = found.or_else(|| given.is_none().then(seen).filter(is_some));
+        if let (Some(top), None) = (found, given) {
+            self.tops.insert(measure.name.to_owned(), top);
+        }
+        let top = found.map_or(1.0, round_up);
+        let range = given.unwrap_or([if measure.signed { -top } else { 0.0 }, top]);
+        let colours = if measure.signed { Colours::Diverging } else { measure.colours };
+        Scale { label: measure.label, unit: measure.unit, range: (range[0], range[1]), colours }
+    }
+
+    /// Values and colours of a slice.
+    fn slice(&mut self, plan: &SlicePlan, output: &RootOutput) -> Option<(Plane, Vec<f32>, Scale)> {
+        let plane = Plane::new(&self.setup.domain, self.setup.gravity, plan.cut);
+        let flow = output.slices.get(self.planes.iter().position(|other| *other == plane)?)?;
+        let of = |value: fn(&[f32; 4]) -> f32| flow.iter().map(value).collect();
+        let values: Vec<f32> = match plan.quantity {
+            Quantity::Speed => of(|u| (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]).sqrt()),
+            Quantity::VelocityX => of(|u| u[0]),
+            Quantity::VelocityY => of(|u| u[1]),
+            Quantity::VelocityZ => of(|u| u[2]),
+            Quantity::Vorticity => plane.vorticity(flow),
+            Quantity::Pressure => of(|u| u[3]),
+        };
+        let largest = || f64::from(values.iter().fold(0.0, |most: f32, value| most.max(value.abs())));
+        let scale = self.scale(&Measure::of_flow(plan.quantity), plan.range, largest);
+        Some((plane, values, scale))
+    }
+
+    /// Colours of all particles.
+    fn bodies(&mut self, plan: &ViewPlan, particles: &[Particle]) -> Coloured {
+        let measure = match plan.colour {
+            BodyColour::Plain => {
+                return Coloured::Colours(vec![if plan.chains { PALE } else { PLAIN }; particles.len()]);
+            }
+            BodyColour::Kind => {
+                let kind = |p: &Particle| KINDS[self.setup.sections[p.template as usize] % KINDS.len()];
+                return Coloured::Colours(particles.iter().map(kind).collect());
+            }
+            BodyColour::Speed => Measure { label: "speed of particles", ..Measure::of_flow(Quantity::Speed) },
+            BodyColour::VelocityX => Measure::of_flow(Quantity::VelocityX),
+            BodyColour::VelocityY => Measure::of_flow(Quantity::VelocityY),
+            BodyColour::VelocityZ => Measure::of_flow(Quantity::VelocityZ),
+            BodyColour::AngularSpeed => ANGULAR_SPEED,
+            BodyColour::ContactForce => FORCE,
+        };
+        let value = |p: &Particle| match plan.colour {
+            BodyColour::VelocityX => p.velocity[0],
+            BodyColour::VelocityY => p.velocity[1],
+            BodyColour::VelocityZ => p.velocity[2],
+            BodyColour::AngularSpeed => p.angular_velocity().norm(),
+            BodyColour::ContactForce => Vec3::from(p.contact_force).norm(),
+            _ => p.velocity().norm(),
+        };
+        let values: Vec<f64> = particles.iter().map(value).collect();
+        let largest = || values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+        let scale = self.scale(&Measure { colours: Colours::Warm, ..measure }, plan.range, largest);
+        Coloured::Values(values, scale)
+    }
+}
+
+/// Colours of particles, or values that stand for them.
+enum Coloured {
+    Colours(Vec<[u8; 3]>),
+    Values(Vec<f64>, Scale),
 }
 
 impl Writer for Pictures<'_> {
@@ -44,32 +127,65 @@ impl Writer for Pictures<'_> {
     }
 
     fn needs(&self) -> Vec<Need> {
-        vec![Need::Slice, Need::Selected]
+        let chains = |plan: &PicturePlan| plan.view.as_ref().is_some_and(|view| view.chains);
+        let contacts = self.plans().iter().any(chains).then_some(Need::AllContacts);
+        [Need::Slices, Need::Selected].into_iter().chain(contacts).collect()
     }
 
     fn selects(&self, particle: &Particle) -> bool {
-        let shape = &self.setup.templates[particle.template as usize].shape;
-        self.setup.fluid.is_none() || self.plane.cuts(particle.position(), shape.circumradius())
+        let radius = self.setup.templates[particle.template as usize].shape.circumradius();
+        self.plans().iter().any(|plan| plan.view.is_some())
+            || self.planes.iter().any(|plane| plane.cuts(particle.position(), radius))
     }
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
         let setup = self.setup;
-        self.range = self.range.or_else(|| range(setup, output));
         let snapshot = Snapshot {
             case: &setup.provenance.name,
             time: output.time,
             stokes_time: setup.stokes_time(),
-            plane: self.plane,
+            domain: setup.domain,
+            gravity: setup.gravity,
             templates: &setup.templates,
             particles: &output.selected,
             walls: &setup.walls,
-            largest_speed: self.range,
         };
-        let path = PICTURES.file(&setup.plan.output.directory, output.step);
-        match output.slice {
-            Some(velocity) => write_slice(&path, &snapshot, velocity),
-            None => write_side_view(&path, &snapshot),
+        for plan in self.plans() {
+            let path = PICTURES.named_file(&setup.plan.output.directory, &plan.name, output.step);
+            let slice = plan.slice.as_ref().and_then(|slice| self.slice(slice, output));
+            let slice = slice.as_ref().map(|(plane, values, scale)| Slice { plane: *plane, values, scale });
+            let Some(view) = &plan.view else {
+                if let Some(slice) = &slice {
+                    write_slice(&path, &snapshot, slice)?;
+                }
+                continue;
+            };
+            let bodies = self.bodies(view, &output.selected);
+            let chains = view.chains.then(|| {
+                let force = |most: f64, contact: &crate::dem::ContactState| {
+                    most.max(Vec3::from(contact.force).norm())
+                };
+                let seen = || output.contacts.iter().fold(0.0, force);
+                self.scale(&FORCE, view.force_range.map(|top| [0.0, top]), seen)
+            });
+            let scene = Scene {
+                from: view.from,
+                zoom: view.zoom,
+                size: view.size,
+                bodies: match &bodies {
+                    Coloured::Colours(colours) => Bodies::Colours(colours),
+                    Coloured::Values(values, scale) => Bodies::Values(values, scale),
+                },
+                slice,
+                chains: chains.as_ref().map(|scale| Chains { contacts: output.contacts, scale }),
+                threads: match setup.plan.threads {
+                    0 => std::thread::available_parallelism().map_or(1, usize::from),
+                    threads => threads,
+                },
+            };
+            write_view(&path, &snapshot, &scene)?;
         }
+        Ok(())
     }
 
     fn numbered(&self) -> Option<Numbered> {
@@ -77,29 +193,88 @@ impl Writer for Pictures<'_> {
     }
 
     fn state(&mut self) -> Result<WriterState> {
-        Ok(serde_json::json!(self.range))
+        Ok(serde_json::json!(self.tops))
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
-        self.range = self.range.or(parsed("pictures", state)?);
+        self.tops = parsed("pictures", state)?;
         Ok(())
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
-        Some(FileEstimate::of(self, end_step, "pictures", BYTES, ""))
+        let bytes = BYTES * self.plans().len() as f64;
+        Some(FileEstimate::of(self, end_step, "pictures", bytes, ""))
     }
 }
 
-/// Speed at the upper end of the colours of all pictures of a run (m/s), if the case does not give it: the expected one, or else
-/// the largest in this picture, the first; none if nothing moves there.
-fn range(setup: &Setup, picture: &RootOutput) -> Option<f64> {
-    let largest = |speeds: &mut dyn Iterator<Item = f64>| speeds.fold(0.0, f64::max);
-    let seen = || match picture.slice {
-        Some(velocity) => largest(&mut velocity.iter().map(|u| Vec3::from(u.map(f64::from)).norm())),
-        None => largest(&mut picture.selected.iter().map(|p| p.velocity().norm())),
+/// A quantity that colours stand for.
+struct Measure {
+    name: &'static str,
+    label: &'static str,
+    unit: &'static str,
+    signed: bool,
+    /// Of one without a sign.
+    colours: Colours,
+}
+
+const ANGULAR_SPEED: Measure = Measure {
+    name: "angular_speed",
+    label: "angular speed of particles",
+    unit: "1/s",
+    signed: false,
+    colours: Colours::Warm,
+};
+const FORCE: Measure =
+    Measure { name: "force", label: "contact force", unit: "N", signed: false, colours: Colours::Warm };
+
+impl Measure {
+    fn of_flow(quantity: Quantity) -> Self {
+        let (name, label, unit) = match quantity {
+            Quantity::Speed => ("speed", "speed |u|", "m/s"),
+            Quantity::VelocityX => ("velocity", "velocity u_x", "m/s"),
+            Quantity::VelocityY => ("velocity", "velocity u_y", "m/s"),
+            Quantity::VelocityZ => ("velocity", "velocity u_z", "m/s"),
+            Quantity::Vorticity => ("vorticity", "vorticity", "1/s"),
+            Quantity::Pressure => ("pressure", "pressure", "Pa"),
+        };
+        Self { name, label, unit, signed: quantity != Quantity::Speed, colours: Colours::Viridis }
+    }
+
+    /// The magnitude that is expected in a run, 0 if nothing is known: of the [speed](expected) `U`, and for particles of diameter `D`
+    /// of a vorticity of `4 U / D`, an angular speed of `2 U / D`, a pressure of `rho U^2 / 2 + 3 mu U / D` (that on a sphere in Stokes
+    /// flow) and the [weight](weight) on the lowest particles.
+    fn expected(&self, setup: &Setup) -> f64 {
+        let (speed, diameter) = (expected(setup), diameter(setup));
+        match (self.name, &setup.fluid) {
+            ("speed" | "velocity", _) => speed,
+            ("vorticity", _) => 4.0 * speed / diameter,
+            ("angular_speed", _) => 2.0 * speed / diameter,
+            ("pressure", Some(fluid)) => {
+                fluid.density * speed * (0.5 * speed + 3.0 * fluid.viscosity / diameter)
+            }
+            ("force", _) => weight(setup),
+            _ => 0.0,
+        }
+    }
+}
+
+/// Diameter of the first kind of particles, or the shortest edge of the box without any (m).
+fn diameter(setup: &Setup) -> f64 {
+    let first = setup.templates.first();
+    first.map_or_else(|| setup.domain.size().min(), |template| template.shape.equivalent_diameter())
+}
+
+/// Weight, less buoyancy, of all particles that rests on each of the lowest, if these cover the floor (N).
+fn weight(setup: &Setup) -> f64 {
+    let (gravity, size) = (setup.gravity, setup.domain.size());
+    let down = gravity.iamax();
+    let density = setup.fluid.as_ref().map_or(0.0, |fluid| fluid.density);
+    let weight = |p: &Particle| {
+        let template = &setup.templates[p.template as usize];
+        (template.density - density).abs() * template.shape.volume() * gravity.norm()
     };
-    let moves = |speed: &f64| *speed > 0.0 && speed.is_finite();
-    (Some(expected(setup)).filter(moves)).or_else(|| Some(seen()).filter(moves))
+    let floor = size.product() / size[down];
+    setup.particles.iter().map(weight).sum::<f64>() * diameter(setup).powi(2) / floor
 }
 
 /// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start or prescribed, of a
@@ -148,36 +323,57 @@ mod tests {
         end = { steps = 60 }
     ";
 
-    /// The range of the first picture of a case, with this speed in it.
-    fn first(seen: f32, options: &[&str]) -> Option<f64> {
+    /// Ends of the colours of the slice in the first picture of a case, with this velocity along y in it.
+    fn first(seen: f32, options: &[&str]) -> (f64, f64) {
+        let setup = setup(options);
+        shown(&mut Pictures::new(&setup), seen)
+    }
+
+    fn setup(options: &[&str]) -> Setup {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
-        let setup = from_text(TEXT, "case", &options).unwrap();
-        let picture = RootOutput {
+        from_text(TEXT, "case", &options).unwrap()
+    }
+
+    fn shown(pictures: &mut Pictures, seen: f32) -> (f64, f64) {
+        let slices = [vec![[0.0, seen, 0.0, 0.0]; pictures.planes[0].values()]];
+        let output = RootOutput {
             step: 1,
             time: 0.0,
             row: None,
             selected: Vec::new(),
-            slice: Some(&[[0.0, seen, 0.0]]),
+            slices: &slices,
+            contacts: &[],
             pieces: None,
         };
-        Pictures::new(&setup).range.or_else(|| range(&setup, &picture))
+        let plan = pictures.plans()[0].slice.clone().unwrap();
+        pictures.slice(&plan, &output).unwrap().2.range
     }
 
     #[test]
     fn colours_end_at_what_is_asked_for_or_expected_whatever_the_picture_shows() {
-        let settling = first(0.0, &[]).unwrap();
-        assert!((0.05..0.2).contains(&settling), "u* of a millimetre: {settling}");
-        assert_eq!(first(7.0, &[]), Some(settling));
-        assert_eq!(first(7.0, &["output.picture_range=0.5"]), Some(0.5));
-        assert_eq!(first(7.0, &["particles.0.density=1000"]), Some(1e-3), "how it starts");
+        let (lo, settling) = first(0.0, &[]);
+        assert!(lo == 0.0 && (0.05..0.2).contains(&settling), "u* of a millimetre: {settling}");
+        assert_eq!(first(7.0, &[]), (0.0, settling));
+        let asked = "output.pictures=[{ slice = { range = [-0.1, 0.513] } }]";
+        assert_eq!(first(7.0, &[asked]), (-0.1, 0.513));
+        assert_eq!(first(7.0, &["particles.0.density=1000"]), (0.0, 1e-3), "how it starts");
         let wall =
             ["domain.periodic=[true, true, false]", "domain.faces={ \"z+\" = { velocity = [0.4, 0, 0] } }"];
-        assert_eq!(first(0.0, &wall), Some(0.4));
+        assert_eq!(first(0.0, &wall), (0.0, 0.4));
+        let signed = "output.pictures=[{ slice = { quantity = \"velocity_y\" } }]";
+        assert_eq!(first(0.0, &[signed]), (-settling, settling));
     }
 
     #[test]
-    fn where_nothing_is_expected_the_first_picture_that_shows_motion_decides() {
+    fn where_nothing_is_expected_the_first_picture_that_shows_motion_decides_also_after_a_resume() {
         let still = ["particles.0.density=1000", "particles.0.list=[[1e-3, 1e-3, 1e-3]]"];
-        assert_eq!((first(0.0, &still), first(0.25, &still)), (None, Some(0.25)));
+        let setup = setup(&still);
+        let mut pictures = Pictures::new(&setup);
+        let ends = [0.0, 0.25, 7.0].map(|seen| shown(&mut pictures, seen));
+        assert_eq!(ends, [(0.0, 1.0), (0.0, 0.25), (0.0, 0.25)]);
+        let state = pictures.state().unwrap();
+        let mut resumed = Pictures::new(&setup);
+        resumed.resume(&state).unwrap();
+        assert_eq!(shown(&mut resumed, 7.0), (0.0, 0.25));
     }
 }

@@ -214,18 +214,58 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
         ("[run]", "[output]\nseries_every = \"never\"\n[run]", &["bad.toml:20:16", "\"never\"", "means"]),
         (
             "[run]",
-            "[output]\npicture_range = 0\n[run]",
-            &["bad.toml:20:17", "`output.picture_range` is 0", "m/s"],
+            "[output]\npicture_range = 0.5\n[run]",
+            &["bad.toml:20:1", "unknown key `picture_range`", "write pictures = [{ slice = { range"],
         ),
         (
             "[run]",
-            "[output]\npicture_plane = { normal = \"y\", position = 1 }\n[run]",
-            &["bad.toml:20:44", "`output.picture_plane.position` is 1", "from 0 to 0.006"],
+            "[output]\npicture_plane = { normal = \"y\" }\n[run]",
+            &["bad.toml:20:1", "unknown key `picture_plane`", "write pictures = [{ slice = { normal"],
         ),
         (
             "[run]",
-            "[output]\npicture_plane = { normal = \"w\" }\n[run]",
-            &["bad.toml:20:28", "unknown choice `w`"],
+            "[output]\npictures = [{ slice = { normal = \"y\", position = 1 } }]\n[run]",
+            &["bad.toml:20:", "`output.pictures.0.slice.position` is 1", "from 0 to 0.006"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ slice = { position = 1e-3 } }]\n[run]",
+            &["bad.toml:20:", "`output.pictures.0.slice.position`", "add normal"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ slice = { normal = \"w\" } }]\n[run]",
+            &["bad.toml:20:", "unknown choice `w`"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ view = { slice = { range = [1, -1] } } }]\n[run]",
+            &["bad.toml:20:", "`output.pictures.0.view.slice.range` is [1, -1]", "smaller value first"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ slice = {}, view = {} }]\n[run]",
+            &["bad.toml:20:", "exactly one of `slice`, `view`"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ view = {} }, { view = { zoom = 2 } }]\n[run]",
+            &["bad.toml:20:", "two pictures have the name `view`", "name = "],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ name = \"../a\", view = {} }]\n[run]",
+            &["bad.toml:20:", "`output.pictures.0.name` is", "letters, digits"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ view = { from = [0, 0, 0] } }]\n[run]",
+            &["bad.toml:20:", "`output.pictures.0.view.from`", "any length but 0"],
+        ),
+        (
+            "[run]",
+            "[output]\npictures = [{ view = { size = [200, 9000] } }]\n[run]",
+            &["bad.toml:20:", "`output.pictures.0.view.size`", "at least 300 and at most 4000"],
         ),
         (
             "[4, 4, 4]",
@@ -254,8 +294,8 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
         ),
         (
             dry,
-            "[output]\npicture_plane = { normal = \"x\", position = 1e-3 }\n[dry]\ntime_step = 1e-5\n",
-            &["bad.toml:6:44", "no slice"],
+            "[output]\npictures = [{ slice = {} }]\n[dry]\ntime_step = 1e-5\n",
+            &["bad.toml:6:", "no flow to slice"],
         ),
     ]);
 }

@@ -17,7 +17,7 @@ use turbid::output::OutputFiles;
 use turbid::simulation::{identity, instruction_set};
 
 /// Keys of a case that do not change the results which a study uses.
-const IRRELEVANT: [(&str, &str); 12] = [
+const IRRELEVANT: [(&str, &str); 11] = [
     ("run", "threads"),
     ("run", "simd"),
     ("run", "device"),
@@ -27,8 +27,7 @@ const IRRELEVANT: [(&str, &str); 12] = [
     ("output", "surfaces_every"),
     ("output", "contacts_every"),
     ("output", "picture_every"),
-    ("output", "picture_plane"),
-    ("output", "picture_range"),
+    ("output", "pictures"),
     ("output", "checkpoint_every"),
 ];
 

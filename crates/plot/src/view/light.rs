@@ -1,0 +1,171 @@
+//! Light from many directions: that of the sky from all sides, for soft shade between bodies, and that of a sun of some width.
+//!
+//! Each direction has a map of what is nearest to it (Williams 1978); light that many of them do not reach is ambient occlusion
+//! (Tarini, Cignoni, Montani 2006, "Ambient occlusion and edge cueing").
+
+use super::fill::{area, fill};
+use super::vector::{Vector, add, combine, dot, length, scale, screen, sub, unit};
+use super::{Item, Mesh, in_parallel};
+
+/// Directions of the sky of a small scene, and the fewest of a large one.
+const SKY: usize = 144;
+const LEAST_SKY: usize = 32;
+/// As many triangles as the maps of the sky take together.
+const SKY_TRIANGLES: usize = 24_000_000;
+/// Cells along the edge of a map of the sky.
+const SKY_CELLS: u32 = 224;
+/// Directions of the sun, the sine of the angle that it is wide, and cells along the edge of its maps.
+const SUN: usize = 24;
+const SUN_WIDTH: f32 = 0.06;
+const SUN_CELLS: u32 = 640;
+/// Cells by which what shades is nearer to the light, since a map is coarse.
+const SLACK: f32 = 1.5;
+/// Cosine and sine of the golden angle, which spreads directions evenly.
+const GOLDEN: [f32; 2] = [-0.737_368_9, 0.675_490_3];
+
+/// All light of a scene.
+pub(super) struct Lights {
+    sky: Vec<Light>,
+    sun: Vec<Light>,
+    /// Middle of the sun.
+    pub(super) towards_sun: Vector,
+}
+
+/// Light that arrives at a surface, each 1 where nothing shades a surface that lies flat or faces the sun.
+#[derive(Clone, Copy)]
+pub(super) struct Arriving {
+    pub(super) sky: f32,
+    pub(super) sun: f32,
+    /// Part of the sun that is seen, whatever the surface faces.
+    pub(super) seen: f32,
+}
+
+struct Light {
+    towards: Vector,
+    right: Vector,
+    up: Vector,
+    weight: f32,
+    /// Of the map: its corner, cells per unit of length, and cells along an edge.
+    corner: [f32; 2],
+    scale: f32,
+    cells: u32,
+    /// Distance towards the light and number of what is nearest to it.
+    map: Vec<(f32, u32)>,
+}
+
+impl Lights {
+    /// The light in a scene with a vertical `up`, seen along `-back`; `centre` and `radius` are of a ball that holds all items.
+    pub(super) fn new(
+        meshes: &[Mesh],
+        items: &[Item],
+        (up, back): (Vector, Vector),
+        (centre, radius): (Vector, f32),
+        threads: usize,
+    ) -> Self {
+        let (right, screen_up) = screen(back, up);
+        let level = unit(sub(back, scale(up, dot(back, up))));
+        let level = if length(level) > 0.5 { level } else { screen_up };
+        let sides = [right, level, up];
+        let triangles: usize =
+            items.iter().filter_map(|item| Some(meshes[item.shade?].triangles.len())).sum();
+        let count = (SKY_TRIANGLES / triangles.max(1)).clamp(LEAST_SKY, SKY);
+        let mut turn = [1.0, 0.0];
+        let mut spread = |radius: f32| {
+            turn = [turn[0] * GOLDEN[0] - turn[1] * GOLDEN[1], turn[0] * GOLDEN[1] + turn[1] * GOLDEN[0]];
+            [radius * turn[0], radius * turn[1]]
+        };
+        let mut directions = Vec::new();
+        for i in 0..count {
+            let z = 1.0 - (2 * i + 1) as f32 / count as f32;
+            let [x, y] = spread((1.0 - z * z).max(0.0).sqrt());
+            directions.push((combine(&sides, [x, y, z]), 0.3 + 0.7 * (0.5 + 0.5 * z), SKY_CELLS));
+        }
+        let towards_sun = unit(add(add(scale(up, 0.75), scale(right, -0.4)), scale(back, 0.55)));
+        let (across, along) = screen(towards_sun, if dot(towards_sun, up) > 0.95 { level } else { up });
+        for i in 0..SUN {
+            let [x, y] = spread(SUN_WIDTH * ((i as f32 + 0.5) / SUN as f32).sqrt());
+            let direction = unit(add(towards_sun, add(scale(across, x), scale(along, y))));
+            directions.push((direction, 1.0 / SUN as f32, SUN_CELLS));
+        }
+        let flat = |(towards, weight, _): &(Vector, f32, u32)| weight * dot(up, *towards).max(0.0);
+        let whole: f32 = directions[..count].iter().map(flat).sum();
+        for (_, weight, _) in &mut directions[..count] {
+            *weight /= whole;
+        }
+        let mut sky = in_parallel(threads, directions.len(), |i| {
+            let (towards, weight, cells) = directions[i];
+            let helper = if dot(towards, up).abs() > 0.95 { level } else { up };
+            Light::new((towards, helper), weight, cells, (centre, radius), (meshes, items))
+        });
+        let sun = sky.split_off(count);
+        Self { sky, sun, towards_sun }
+    }
+
+    /// The light that arrives at a point of an item with this normal.
+    pub(super) fn at(&self, point: Vector, normal: Vector, item: u32) -> Arriving {
+        let sum = |lights: &[Light], weight: &dyn Fn(&Light, f32) -> f32| -> f32 {
+            let facing = |light: &Light| {
+                let cosine = dot(normal, light.towards);
+                if cosine > 0.0 && light.reaches(point, item) { weight(light, cosine) } else { 0.0 }
+            };
+            lights.iter().map(facing).sum()
+        };
+        let seen = sum(&self.sun, &|light, _| light.weight);
+        Arriving {
+            sky: sum(&self.sky, &|light, cosine| light.weight * cosine),
+            sun: seen * dot(normal, self.towards_sun).max(0.0),
+            seen,
+        }
+    }
+}
+
+impl Light {
+    fn new(
+        (towards, helper): (Vector, Vector),
+        weight: f32,
+        cells: u32,
+        (centre, radius): (Vector, f32),
+        (meshes, items): (&[Mesh], &[Item]),
+    ) -> Self {
+        let (right, up) = screen(towards, helper);
+        let corner = [dot(centre, right) - radius, dot(centre, up) - radius];
+        let scale = cells as f32 / (2.0 * radius);
+        let map = vec![(f32::NEG_INFINITY, u32::MAX); (cells * cells) as usize];
+        let mut light = Self { towards, right, up, weight, corner, scale, cells, map };
+        let mut points = Vec::new();
+        for (number, item) in items.iter().enumerate() {
+            let Some(mesh) = item.shade.map(|mesh| &meshes[mesh]) else { continue };
+            points.clear();
+            points.extend(mesh.points.iter().map(|&point| light.place(item.place(point))));
+            for triangle in &mesh.triangles {
+                let corners = triangle.corners.map(|i| points[i as usize]);
+                // Rows of the map run upwards: what faces the light turns the other way round than on the screen.
+                if area(&corners) > 0.0 || mesh.open {
+                    fill(&corners, &(0..cells), &(0..cells), |x, y, near| {
+                        let cell = &mut light.map[(y * cells + x) as usize];
+                        if near > cell.0 {
+                            *cell = (near, number as u32);
+                        }
+                    });
+                }
+            }
+        }
+        light
+    }
+
+    /// Column, row, and distance towards the light.
+    fn place(&self, point: Vector) -> Vector {
+        let [x, y] = [dot(point, self.right) - self.corner[0], dot(point, self.up) - self.corner[1]];
+        [x * self.scale, y * self.scale, dot(point, self.towards)]
+    }
+
+    /// True if nothing but the item itself stands between a point of it and the light.
+    fn reaches(&self, point: Vector, item: u32) -> bool {
+        let [x, y, near] = self.place(point);
+        if x < 0.0 || y < 0.0 || x >= self.cells as f32 || y >= self.cells as f32 {
+            return true;
+        }
+        let (nearest, number) = self.map[(y as u32 * self.cells + x as u32) as usize];
+        number == item || nearest <= near + SLACK / self.scale
+    }
+}
