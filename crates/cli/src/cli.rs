@@ -5,6 +5,7 @@ mod bench;
 mod check;
 mod crosscheck;
 mod doctor;
+mod live;
 mod machine;
 mod pack;
 mod preflight;
@@ -54,8 +55,10 @@ enum Command {
     Study(study::StudyArguments),
     /// Run cases of the literature and compare the results with their references.
     Validate(validate::ValidateArguments),
-    /// Draw the results of a run or a study: figures as SVG and PNG, tables and checks on one page.
+    /// Draw the results of a run or a study: figures as SVG and PNG, tables, pictures and checks on one page.
     Report(report::ReportArguments),
+    /// Serve a page about a run of another process to browsers on this machine, from the files that it writes.
+    Watch(live::WatchArguments),
     /// Show the properties of this machine, and settings to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
@@ -109,6 +112,8 @@ struct RunArguments {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
+    live: live::LiveFlags,
+    #[command(flatten)]
     flags: RunFlags,
 }
 
@@ -140,6 +145,8 @@ struct ResumeArguments {
     /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
     #[arg(long)]
     device: Option<String>,
+    #[command(flatten)]
+    live: live::LiveFlags,
     #[command(flatten)]
     flags: RunFlags,
 }
@@ -252,6 +259,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Study(arguments) => study::study(&arguments),
         Command::Validate(arguments) => validate::validate(&arguments),
         Command::Report(arguments) => report::report(&arguments).map(|()| true),
+        Command::Watch(arguments) => live::watch(&arguments).map(|()| true),
         Command::Doctor => {
             say(&doctor::report());
             Ok(true)

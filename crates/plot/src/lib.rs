@@ -35,7 +35,7 @@ mod text;
 pub use bars::Bars;
 pub use chart::{Axis, Chart, Mark, Panel, Point, Series, Style};
 pub use colour::{BACKGROUND, BLUE, INK, REFERENCES, VERMILION, WALL, viridis};
-pub use drawing::{Figure, Format};
+pub use drawing::{Curve, Figure, Format, Readings};
 pub use image::Image;
 pub use picture::Picture;
 pub use raster::{Corner, Raster};
