@@ -19,6 +19,7 @@ mod limits;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod pack;
+mod pages;
 mod pieces;
 mod process;
 mod resume;

@@ -131,10 +131,10 @@ pub(crate) struct Curves {
     pub(crate) newest: Vec<(String, f64)>,
 }
 
-/// Draws the curves of the run in `directory`, or says why it cannot.
-pub(crate) fn curves(directory: &Path) -> Result<Curves> {
+/// Draws the curves of the run in `directory`, which has this title, or says why it cannot.
+pub(crate) fn curves(directory: &Path, title: &str) -> Result<Curves> {
     let series = SeriesTable::read(&OutputFiles::new(directory).series())?;
-    let mut section = Section::new(&name(directory), true, &[]);
+    let mut section = Section::new(title, true, &[]);
     run::figures::all(&mut section, &series, None);
     let last = || series.columns.iter().filter_map(|column| Some((column, *column.values.last()?)));
     let row = |(column, value): (&SeriesColumn, f64)| {

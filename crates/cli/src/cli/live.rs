@@ -241,11 +241,11 @@ impl Live {
     /// State of the run as JSON.
     fn state(&self) -> Value {
         lock(&self.pages).asked = Some(Instant::now());
-        let directory = lock(&self.run).as_ref().map(|run| run.directory.clone());
-        let Some(directory) = directory else {
+        let run = lock(&self.run).as_ref().map(|run| (run.directory.clone(), run.case.clone()));
+        let Some((directory, case)) = run else {
             return json!({ "phase": "starting" });
         };
-        let (drawn, error) = self.draw(&directory);
+        let (drawn, error) = self.draw(&directory, &case);
         if self.requests.is_none() {
             self.look(&directory);
         }
@@ -277,7 +277,7 @@ impl Live {
     }
 
     /// Draws the curves again if the series has grown, but seldom; returns which ones there are, and why there are none.
-    fn draw(&self, directory: &Path) -> (u64, String) {
+    fn draw(&self, directory: &Path, case: &str) -> (u64, String) {
         let path = OutputFiles::new(directory).series();
         let data = fs::metadata(&path).and_then(|data| Ok((data.len(), data.modified()?)));
         let drawn = &mut *lock(&self.drawn);
@@ -286,7 +286,7 @@ impl Live {
             && drawn.of != Some(data)
         {
             let start = Instant::now();
-            match report::curves(directory) {
+            match report::curves(directory, case) {
                 Ok(curves) => (drawn.curves, drawn.error) = (curves, String::new()),
                 Err(error) => drawn.error = error.to_string(),
             }

@@ -46,7 +46,8 @@ pub(crate) fn films(directory: &Path) -> Vec<Film> {
 pub(super) fn strips(directory: &Path, budget: u64, time_step: Option<f64>) -> String {
     let films = films(directory);
     let budget = budget / films.len().max(1) as u64;
-    films.iter().map(|film| strip(film, budget, time_step)).collect()
+    let strips: String = films.iter().map(|film| strip(film, budget, time_step)).collect();
+    if strips.is_empty() { strips } else { format!("<div class=\"films\">\n{strips}</div>") }
 }
 
 fn strip(film: &Film, budget: u64, time_step: Option<f64>) -> String {

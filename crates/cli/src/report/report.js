@@ -145,7 +145,7 @@ function readable(figure) {
 
   const labels = axes.map((label) => {
     const [, name, unit] = /^(.*?)(?:\s*\(([^()]*)\))?$/.exec(label);
-    return [name || "value", unit && unit !== "-" ? " " + unit : ""];
+    return [name.split(" = ")[0] || "value", unit && unit !== "-" ? " " + unit : ""];
   });
   const digits = (value) => String(Number(value.toPrecision(5)));
   const hide = () => {

@@ -24,13 +24,10 @@ async function curves(state) {
     const name = figure.firstElementChild.textContent;
     const before = old.get(name);
     // One that is being read stays.
-    if (before && (before.matches(":hover") || before.contains(document.activeElement))) {
-      byId("figures").append(before);
-      continue;
-    }
+    if (before && (before.matches(":hover") || before.contains(document.activeElement))) continue;
     const left = before ? before.querySelector(".plot").scrollLeft : 0;
-    before?.remove();
-    byId("figures").append(figure);
+    if (before) before.replaceWith(figure);
+    else byId("figures").append(figure);
     readable(figure);
     figure.querySelector(".plot").scrollLeft = left;
   }
@@ -46,7 +43,7 @@ async function pictures(state) {
     if (shown?.step === step) continue;
     const blob = await (await ask(`/picture/${at}?${step}`)).blob();
     const image = shown?.image ?? element("img");
-    const title = shown?.title ?? element("h2");
+    const title = shown?.title ?? element("h3");
     if (!shown) byId("pictures").append(element("figure", {}, title, image));
     if (image.src) URL.revokeObjectURL(image.src);
     image.src = URL.createObjectURL(blob);

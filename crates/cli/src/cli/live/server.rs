@@ -5,7 +5,7 @@
 //! send it on; a request for another host than this machine is refused, whatever name leads here.
 
 use std::io::{self, Read, Write};
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -21,6 +21,8 @@ const HEADERS: usize = 64;
 const CONNECTIONS: usize = 16;
 /// Time for a request, and for its answer.
 const PATIENCE: Duration = Duration::from_secs(10);
+/// Time for a client to close the connection.
+const LINGER: Duration = Duration::from_secs(1);
 /// Bytes that are written at once.
 const CHUNK: usize = 64 << 10;
 
@@ -123,7 +125,11 @@ fn converse(mut stream: TcpStream, token: &str, site: &impl Site) -> io::Result<
             length => head.extend_from_slice(&part[..length]),
         }
     };
-    write(&mut stream, &answer)
+    write(&mut stream, &answer)?;
+    // What is still on its way must not reset the connection before the answer is read.
+    stream.shutdown(Shutdown::Write)?;
+    stream.set_read_timeout(Some(LINGER))?;
+    io::copy(&mut stream.take(CHUNK as u64), &mut io::sink()).map(drop)
 }
 
 fn left(end: Instant) -> io::Result<Duration> {
@@ -137,6 +143,7 @@ fn write(stream: &mut TcpStream, answer: &Answer) -> io::Result<()> {
         200 => "OK",
         403 => "Forbidden",
         404 => "Not Found",
+        431 => "Request Header Fields Too Large",
         _ => "Bad Request",
     };
     let head = format!(
