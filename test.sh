@@ -11,6 +11,7 @@ need_device
 need_lammps
 need_c
 need_python
+need_browser
 cargo fmt --version >/dev/null 2>&1 || fail "rustfmt is missing; run: rustup component add rustfmt"
 cargo clippy --version >/dev/null 2>&1 || fail "clippy is missing; run: rustup component add clippy"
 
@@ -35,7 +36,7 @@ stage "lints of the library alone" cargo clippy --locked --package turbid --lib 
 stage "tests without features" env CARGO_PROFILE_DEV_OPT_LEVEL=0 CARGO_PROFILE_DEV_DEBUG=false \
     cargo test --locked --profile dev --test program bad_input
 stage "tests of the Python package" ./scripts/python.sh
-# One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks. There is a device, if only the
-# processor; tests that need one must not pass without.
+# One build for all tests: the profile `test` is optimised and keeps assertions and overflow checks. There are a device, if only the
+# processor, LAMMPS and a browser; tests that need one of them must not pass without.
 echo "== tests" >&2
-exec env TURBID_NEEDS_DEVICE=1 TURBID_NEEDS_LAMMPS=1 cargo test --locked --workspace --all-features
+exec env TURBID_NEEDS_DEVICE=1 TURBID_NEEDS_LAMMPS=1 TURBID_NEEDS_BROWSER=1 cargo test --locked --workspace --all-features

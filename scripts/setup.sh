@@ -88,6 +88,11 @@ need_python() {
     python3 -c 'import venv, ensurepip' 2>/dev/null || install_packages "virtual environments of Python" python3-venv
 }
 
+# Tests of pages: a browser.
+need_browser() {
+    have chromium || have chromium-browser || have google-chrome || install_packages "a browser" chromium
+}
+
 # The C API: what its example is built with.
 need_c() {
     missing=

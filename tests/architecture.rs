@@ -16,7 +16,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck checks simulation case output packing engine fluid contact comm device input memory error",
+        "validate report study crosscheck checks simulation case output checkpoint packing engine fluid contact comm device input memory error",
     ),
     (
         "validate",

@@ -108,6 +108,9 @@ pub struct Summary {
     /// Hash over the other numbers that decide the run, but the initial state of the particles; none in files of older versions.
     #[serde(default)]
     pub setup_hash: Option<String>,
+    /// Warnings about the case and of the run; empty in files of older versions.
+    #[serde(default)]
+    pub warnings: Vec<String>,
     /// Text of the case file with overrides applied.
     pub input: String,
 }
@@ -265,6 +268,7 @@ mod tests {
                 largest_acceleration: 0.02,
             }),
             setup_hash: None,
+            warnings: vec!["the box is small".into()],
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }
     }

@@ -44,6 +44,8 @@ pub(super) struct Observer<'a> {
     /// Whether every rank writes its own pieces of files.
     pieces: bool,
     is_root: bool,
+    /// Warnings so far, those about the case first.
+    warnings: Vec<String>,
     /// Only on rank 0.
     progress: Option<Arc<dyn Progress>>,
 }
@@ -99,6 +101,7 @@ impl<'a> Observer<'a> {
             writers,
             pieces: comm.ranks_per_process() < comm.size(),
             is_root,
+            warnings: setup.provenance.warnings.clone(),
             progress,
         }
     }
@@ -129,7 +132,8 @@ impl<'a> Observer<'a> {
     }
 
     /// A warning to the user, from rank 0.
-    pub(super) fn warn(&self, text: &str) {
+    pub(super) fn warn(&mut self, text: &str) {
+        self.warnings.push(text.to_string());
         if let Some(progress) = &self.progress {
             progress.warn(text);
         }
@@ -242,6 +246,7 @@ impl<'a> Observer<'a> {
         let seconds = self.start.elapsed().as_secs_f64();
         let mut summary = summary::summary(self.setup, simulation, hash, self.first, seconds);
         summary.interrupted = interrupted;
+        summary.warnings = std::mem::take(&mut self.warnings);
         for writer in &mut self.writers {
             writer.finish(&mut summary)?;
         }

@@ -1,6 +1,7 @@
 //! What the tests share: the program, cases, folders to run them in, and readers of what a run leaves.
 #![allow(dead_code, unused_imports, reason = "each test program uses some of it")]
 
+mod browser;
 pub(crate) mod case;
 pub(crate) mod child;
 #[cfg(feature = "mpi")]
@@ -9,6 +10,7 @@ mod left;
 mod place;
 pub(crate) mod vtk;
 
+pub(crate) use browser::Browser;
 pub(crate) use left::{column, column_of, files_below};
 pub(crate) use place::{Place, has, well, words};
 

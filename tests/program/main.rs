@@ -20,6 +20,7 @@ mod limits;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod pack;
+mod pages;
 mod pieces;
 mod process;
 mod resume;

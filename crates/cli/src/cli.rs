@@ -6,6 +6,7 @@ mod check;
 mod crosscheck;
 mod doctor;
 mod film;
+mod live;
 mod machine;
 mod pack;
 mod preflight;
@@ -55,10 +56,12 @@ enum Command {
     Study(study::StudyArguments),
     /// Run cases of the literature and compare the results with their references.
     Validate(validate::ValidateArguments),
-    /// Draw the results of a run or a study: figures as SVG and PNG, tables and checks on one page.
+    /// Draw the results of a run or a study: figures as SVG and PNG, tables, pictures and checks on one page.
     Report(report::ReportArguments),
     /// Make an animated PNG, or an MP4 with ffmpeg, of the pictures of a run.
     Film(film::FilmArguments),
+    /// Serve a page about a run of another process to browsers on this machine, from the files that it writes.
+    Watch(live::WatchArguments),
     /// Show the properties of this machine, and settings to change.
     Doctor,
     /// LIGGGHTS in a process of its own, for turbid's own use.
@@ -113,6 +116,8 @@ struct RunArguments {
     #[arg(long)]
     overwrite: bool,
     #[command(flatten)]
+    live: live::LiveFlags,
+    #[command(flatten)]
     flags: RunFlags,
 }
 
@@ -145,6 +150,8 @@ struct ResumeArguments {
     /// do not depend on it.
     #[arg(long)]
     device: Option<String>,
+    #[command(flatten)]
+    live: live::LiveFlags,
     #[command(flatten)]
     flags: RunFlags,
 }
@@ -258,6 +265,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Validate(arguments) => validate::validate(&arguments),
         Command::Report(arguments) => report::report(&arguments).map(|()| true),
         Command::Film(arguments) => film::film(&arguments).map(|()| true),
+        Command::Watch(arguments) => live::watch(&arguments).map(|()| true),
         Command::Doctor => {
             say(&doctor::report());
             Ok(true)

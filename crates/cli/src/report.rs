@@ -3,6 +3,7 @@
 //! ```text
 //! OUT/
 //!   REPORT.md              everything on one page
+//!   report.html            the same, with pictures, all runs and values under the pointer, in one file
 //!   figures/NAME.svg       each figure it shows
 //!   figures/NAME.png
 //!   STUDY.csv              the runs of a study, if OUT is another directory
@@ -11,31 +12,42 @@
 //! A directory is that of a run (`summary.json`, `series.csv`), of a study (`study.json`), or one that holds several of them one
 //! level down. Files of earlier reports are replaced, and no others are touched.
 
+mod files;
+mod film;
+mod html;
 mod run;
 mod section;
 mod study;
 
 use crate::checks::{markdown_table, prepare};
 use crate::study::document::{FILE as STUDY, RESULT};
-use section::Section;
+pub(crate) use film::{PICTURE, films};
+pub(crate) use html::shell;
+use section::{Block, Section};
 use serde::de::DeserializeOwned;
 use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::error::{Error, Result};
 use turbid::input;
+use turbid::output::numbers;
 use turbid::output::picture::{Format, write_figure};
-use turbid::output::{OutputFiles, write_bytes};
+use turbid::output::{OutputFiles, SeriesColumn, SeriesTable, write_bytes};
 
-/// Name of the page.
+/// Names of the pages.
 pub const FILE: &str = "REPORT.md";
+const HTML: &str = "report.html";
 /// Folder of the figures beside it.
 const FIGURES: &str = "figures";
+/// Most bytes of pictures in `report.html`.
+const PICTURES: u64 = 16 << 20;
 
 /// Contents of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// Path of the page.
+    /// Path of the page in markdown.
     pub page: PathBuf,
+    /// Path of the page in HTML.
+    pub html: PathBuf,
     /// Number of figures.
     pub figures: usize,
     /// Checks that passed, and all of them.
@@ -48,6 +60,10 @@ struct Source {
     /// Last part of its path.
     name: String,
     is_study: bool,
+    /// Path from the page to the directory, empty or with a slash at its end; none if it is not below the page.
+    from_page: Option<String>,
+    /// Most bytes of pictures on the page.
+    pictures: u64,
 }
 
 /// Draws the contents of `directory` into `out`, figures in the given formats.
@@ -55,7 +71,12 @@ struct Source {
 /// # Errors
 /// [`Error::Input`] if there is nothing to draw, or a file is not of its kind; [`Error::Io`] if one cannot be read or written.
 pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report> {
-    let sources = sources(directory)?;
+    let mut sources = sources(directory)?;
+    let count = sources.len() as u64;
+    for source in &mut sources {
+        source.from_page = from_page(out, &source.directory);
+        source.pictures = PICTURES / count;
+    }
     let is_alone = sources.len() == 1;
     let mut sections = Vec::new();
     for source in &sources {
@@ -75,10 +96,15 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
                 input::read_unlinked(&from, input::TABLE).map_err(|error| Error::io("read", &from, error))?;
             let name = format!("{}.csv", section::plain(&source.name));
             write_bytes(&out.join(&name), &bytes)?;
-            section.text(&format!("All runs: [{name}]({name})."));
+            section.blocks.push(Block::Link("All runs".to_string(), name));
         }
     }
-    let figures = sections.iter().flat_map(|section| &section.figures);
+    for (source, section) in sources.iter().zip(&mut sections) {
+        if let Some(list) = files::list(source) {
+            section.blocks.push(Block::Html("Files", list));
+        }
+    }
+    let figures = sections.iter().flat_map(Section::figures);
     for (stem, figure) in figures.clone() {
         for &format in formats {
             let file = format!("{stem}.{}", format.extension());
@@ -86,9 +112,41 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
         }
     }
     let path = out.join(FILE);
-    write_bytes(&path, page(&name(directory), &sources, &sections).as_bytes())?;
+    let (name, html) = (name(directory), out.join(HTML));
+    write_bytes(&path, page(&name, &sources, &sections).as_bytes())?;
+    let title = if is_alone { &sections[0].title } else { &name };
+    write_bytes(&html, html::page(title, &overviews(&sources, &sections), &sections).as_bytes())?;
     let checks = [0, 1].map(|which| sections.iter().map(|section| section.checks[which]).sum());
-    Ok(Report { page: path, figures: figures.count(), checks })
+    Ok(Report { page: path, html, figures: figures.count(), checks })
+}
+
+/// The curves of a run so far, for a page that shows them while they grow.
+#[derive(Debug, Default)]
+pub(crate) struct Curves {
+    /// Figures in HTML.
+    pub(crate) figures: String,
+    /// The newest row in HTML.
+    pub(crate) newest_row: String,
+    /// Names and numbers of the newest row.
+    pub(crate) newest: Vec<(String, f64)>,
+}
+
+/// Draws the curves of the run in `directory`, which has this title, or says why it cannot.
+pub(crate) fn curves(directory: &Path, title: &str) -> Result<Curves> {
+    let series = SeriesTable::read(&OutputFiles::new(directory).series())?;
+    let mut section = Section::new(title, true, &[]);
+    run::figures::all(&mut section, &series, None);
+    let last = || series.columns.iter().filter_map(|column| Some((column, *column.values.last()?)));
+    let row = |(column, value): (&SeriesColumn, f64)| {
+        vec![column.name.replace('_', " "), numbers::number(value, 5), column.unit.clone()]
+    };
+    let rows: Vec<_> = last().map(row).collect();
+    let table = html::table(&["quantity", "value", "unit"], &rows, &[], false);
+    Ok(Curves {
+        figures: html::blocks(&section, "curve"),
+        newest_row: format!("<h2>Newest row of series.csv</h2>\n{table}"),
+        newest: last().map(|(column, value)| (column.name.clone(), value)).collect(),
+    })
 }
 
 /// Reads a file of JSON.
@@ -104,25 +162,39 @@ fn read_json<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
 fn page(name: &str, sources: &[Source], sections: &[Section]) -> String {
     let last = format!("Drawn by `turbid report`, version {}.\n", env!("CARGO_PKG_VERSION"));
     if let [section] = sections {
-        return format!("# {}\n\n{}{last}", section.title, section.markdown);
+        return format!("# {}\n\n{}{last}", section.title, section.markdown());
     }
     let mut parts = vec![format!("# {name}\n\n")];
-    for is_study in [true, false] {
-        let pairs = sources.iter().zip(sections).filter(|(source, _)| source.is_study == is_study);
-        let rows: Vec<_> = pairs.map(|(_, section)| &section.row).collect();
-        if let Some(first) = rows.first() {
-            let heads: Vec<&str> = first.iter().map(|(head, _)| *head).collect();
-            let cells = rows.iter().map(|row| row.iter().map(|(_, value)| value.clone()).collect());
-            parts.push(markdown_table(&heads, &cells.collect::<Vec<_>>()) + "\n");
-        }
+    for (heads, rows) in overviews(sources, sections) {
+        parts.push(markdown_table(&heads, &rows) + "\n");
     }
     for (source, section) in sources.iter().zip(sections) {
         let same = section.title == source.name;
         let of = if same { String::new() } else { format!(" (`{}`)", source.name) };
-        parts.push(format!("## {}{of}\n\n{}", section.title, section.markdown));
+        parts.push(format!("## {}{of}\n\n{}", section.title, section.markdown()));
     }
     parts.push(last);
     parts.concat()
+}
+
+/// Heads and rows of the tables of all studies and of all runs; none if there is only one of them.
+fn overviews<'a>(sources: &[Source], sections: &'a [Section]) -> Vec<(Vec<&'a str>, Vec<Vec<String>>)> {
+    let of_kind = |is_study: bool| {
+        let pairs = sources.iter().zip(sections).filter(move |(source, _)| source.is_study == is_study);
+        let rows: Vec<_> = pairs.map(|(_, section)| &section.row).collect();
+        let heads = rows.first()?.iter().map(|(head, _)| *head).collect();
+        let cells = rows.iter().map(|row| row.iter().map(|(_, value)| value.clone()).collect());
+        Some((heads, cells.collect()))
+    };
+    let kinds = [true, false].into_iter().filter(|_| sections.len() > 1);
+    kinds.filter_map(of_kind).collect()
+}
+
+/// Path from a page in `out` to a directory, empty or with a slash at its end; none if it is not below.
+fn from_page(out: &Path, directory: &Path) -> Option<String> {
+    let [out, directory] = [out, directory].map(fs::canonicalize);
+    let below = directory.ok()?.strip_prefix(out.ok()?).ok()?.to_str()?.to_string();
+    Some(if below.is_empty() { below } else { below + "/" })
 }
 
 /// The run or study in `directory`, or those in the directories in it, by name.
@@ -151,11 +223,17 @@ fn source(directory: &Path) -> Option<Source> {
     let files = OutputFiles::new(directory);
     let is_study = directory.join(STUDY).is_file();
     let found = is_study || files.summary().is_file() || files.series().is_file();
-    found.then(|| Source { directory: directory.to_path_buf(), name: name(directory), is_study })
+    found.then(|| Source {
+        directory: directory.to_path_buf(),
+        name: name(directory),
+        is_study,
+        from_page: None,
+        pictures: 0,
+    })
 }
 
 /// The last part of a directory's path, also of `.`.
-fn name(directory: &Path) -> String {
+pub(crate) fn name(directory: &Path) -> String {
     let whole = fs::canonicalize(directory).unwrap_or_else(|_| directory.to_path_buf());
     whole.file_name().map_or_else(|| "report".into(), |name| name.to_string_lossy().into_owned())
 }

@@ -1,7 +1,7 @@
 //! Horizontal bars, each between its name and its number.
 
 use crate::colour::{BLUE, INK};
-use crate::drawing::{Align, Drawing, Figure, Stroke};
+use crate::drawing::{Align, Drawing, Figure, Readings, Stroke};
 use crate::text::widest;
 
 /// Contents of a figure of bars.
@@ -43,7 +43,8 @@ impl Bars {
             drawing.text(text, TEXT, (right + 16.0, baseline), Align::Start, INK);
         }
         drawing.line(&[(left, top), (left, bottom)], Stroke::new(INK, 2.0));
-        Figure { size: (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil()), title: self.title.clone(), drawing }
+        let size = (PAGE, 2.0 * (0.5 * (bottom + MARGIN)).ceil());
+        Figure { size, title: self.title.clone(), drawing, readings: Readings::default() }
     }
 }
 

@@ -8,10 +8,13 @@ mod layout;
 mod looks;
 mod panel;
 
-use crate::drawing::{Drawing, Figure};
+use crate::drawing::{Curve, Drawing, Figure, Readings};
 use layout::Layout;
 use looks::{Legend, Looks};
 use serde::{Deserialize, Serialize};
+
+/// Least distance of two points of a long series whose values are given (pixels).
+const APART: f32 = 2.0;
 
 /// Contents of a chart. Its serialised form is stable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -155,7 +158,27 @@ impl Chart {
         for index in 0..layout.panels.len() {
             panel::draw(&mut drawing, self, &layout, index, &looks);
         }
-        Figure { size: layout.size, title: self.title.clone(), drawing }
+        let readings = self.readings(&layout, &looks);
+        Figure { size: layout.size, title: self.title.clone(), drawing, readings }
+    }
+
+    /// Values at the points that can be told apart by a pointer.
+    fn readings(&self, layout: &Layout, looks: &Looks) -> Readings {
+        let panels = self.panels.iter().zip(&layout.panels);
+        let series = panels.flat_map(|(panel, &area)| panel.series.iter().map(move |series| (series, area)));
+        let curves = series.map(|(series, area)| {
+            let mut last = f32::NEG_INFINITY;
+            let points = series.points.iter().filter_map(|&Point { x, y, error }| {
+                let at = layout.at(area, x, y)?;
+                let apart = series.points.len() <= looks::MARKED || (at.0 - last).abs() >= APART;
+                last = if apart { at.0 } else { last };
+                let tenth = |pixels: f32| (10.0 * pixels).round() / 10.0;
+                apart.then(|| (tenth(at.0), tenth(at.1), x, y, error))
+            });
+            let points = points.collect();
+            Curve { label: series.label.clone(), colour: looks.find(series).colour, points }
+        });
+        Readings { axes: [&self.x, &self.y].map(|axis| axis.label.clone()), curves: curves.collect() }
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::image::Image;
 use crate::svg;
 use crate::text;
+use serde::Serialize;
 use tiny_skia::{Path, PathBuilder, Transform};
 
 /// A position in pixels from the top left corner.
@@ -20,6 +21,27 @@ pub struct Figure {
     /// Description for those who cannot see it.
     pub(crate) title: String,
     pub(crate) drawing: Drawing,
+    pub(crate) readings: Readings,
+}
+
+/// Values that can be read off a figure, for a page that shows them under the pointer. Without curves there are none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Readings {
+    /// Labels of the horizontal and the vertical axis.
+    pub axes: [String; 2],
+    /// Series in the order of the chart.
+    pub curves: Vec<Curve>,
+}
+
+/// A series of [`Readings`].
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Curve {
+    /// Name; may be empty.
+    pub label: String,
+    /// Red, green and blue.
+    pub colour: [u8; 3],
+    /// Position on the page (pixels from the top left corner), value on both axes, and half the length of the error bar.
+    pub points: Vec<(f32, f32, f64, f64, Option<f64>)>,
 }
 
 /// Format of a figure.
@@ -48,6 +70,16 @@ impl Figure {
             Format::Svg => svg::page(self).into_bytes(),
             Format::Png => self.image().png(),
         }
+    }
+
+    /// The element `svg` of a page in HTML, as wide as what holds it.
+    pub fn inline(&self) -> String {
+        svg::inline(self)
+    }
+
+    /// Values at the points of its series.
+    pub fn readings(&self) -> &Readings {
+        &self.readings
     }
 
     /// The figure in pixels.

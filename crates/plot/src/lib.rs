@@ -36,7 +36,7 @@ mod view;
 pub use bars::Bars;
 pub use chart::{Axis, Chart, Mark, Panel, Point, Series, Style};
 pub use colour::{BLUE, Colours, INK, KINDS, REFERENCES, VERMILION, WALL};
-pub use drawing::{Figure, Format};
+pub use drawing::{Curve, Figure, Format, Readings};
 pub use film::film;
 pub use image::Image;
 pub use picture::{Bar, Picture};

@@ -1,7 +1,7 @@
 //! A picture in colours: pixels on axes, with a colour bar.
 
 use crate::colour::{Colours, INK, WALL};
-use crate::drawing::{Align, Area, Drawing, Figure, Mark, Stroke};
+use crate::drawing::{Align, Area, Drawing, Figure, Mark, Readings, Stroke};
 use crate::image::Image;
 use crate::markup::axis_label;
 use crate::scale::{Ends, Scale, Side};
@@ -87,7 +87,8 @@ impl Picture {
         let (up, beside) = (axis_label(&self.y.0, y.exponent), l - 36.0 - y.widest(NUMBER));
         drawing.text(&up, LABEL, (beside, 0.5 * (t + b)), Align::Upwards, INK);
         self.bar.draw(&mut drawing, r, (t, b));
-        Figure { size, title: format!("{}: {}", self.title, self.caption), drawing }
+        let title = format!("{}: {}", self.title, self.caption);
+        Figure { size, title, drawing, readings: Readings::default() }
     }
 
     /// Draws thick lines outside of the sides with walls.

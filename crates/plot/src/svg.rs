@@ -7,15 +7,33 @@ use tiny_skia::{Path, PathSegment};
 /// A page, which opens at half its size in pixels.
 pub(crate) fn page(figure: &Figure) -> String {
     let (width, height) = figure.size;
-    let body: String = figure.drawing.0.iter().map(element).collect();
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"{}\" \
          height=\"{}\" viewBox=\"0 0 {width} {height}\">\n<title>{}</title>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{body}</svg>\n",
+         <rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n{}</svg>\n",
         0.5 * width,
         0.5 * height,
-        figure.title.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+        escaped(&figure.title),
+        body(figure)
     )
+}
+
+/// An element of a page in HTML, which names it there.
+pub(crate) fn inline(figure: &Figure) -> String {
+    let (width, height) = figure.size;
+    format!(
+        "<svg viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"{}\">\n{}</svg>",
+        escaped(&figure.title).replace('"', "&quot;"),
+        body(figure)
+    )
+}
+
+fn body(figure: &Figure) -> String {
+    figure.drawing.0.iter().map(element).collect()
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// The element of a mark and a line break.

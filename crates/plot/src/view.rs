@@ -9,7 +9,7 @@ mod tests;
 mod vector;
 
 use crate::colour::INK;
-use crate::drawing::{Align, Drawing, Figure, Mark, Stroke};
+use crate::drawing::{Align, Drawing, Figure, Mark, Readings, Stroke};
 use crate::image::Image;
 use crate::picture::{Bar, LABEL, TITLE};
 use camera::{Camera, corners};
@@ -125,7 +125,7 @@ impl View {
             bar.draw(&mut drawing, right, (top, top + bar_height));
         }
         let title = format!("{}: {}", self.title, self.caption);
-        Figure { size: (width as f32, height as f32), title, drawing }
+        Figure { size: (width as f32, height as f32), title, drawing, readings: Readings::default() }
     }
 
     /// Right edge of the space for the box.

@@ -30,14 +30,7 @@ impl Terminal {
 
 impl Progress for Terminal {
     fn start(&self, setup: &Setup, first: u64) {
-        let work = Workload {
-            steps: setup.plan.end_step,
-            first,
-            cells: setup.fluid_cells(),
-            time_step: setup.time_step,
-            stokes_time: setup.stokes_time(),
-        };
-        *self.display() = (!self.quiet).then(|| Display::new(work));
+        *self.display() = (!self.quiet).then(|| Display::new(Workload::of(setup, first)));
     }
 
     fn step(&self, step: u64) {
@@ -63,20 +56,31 @@ impl Progress for Terminal {
 
 /// Size of a run.
 #[derive(Clone, Copy)]
-struct Workload {
+pub(super) struct Workload {
     /// Steps of the whole run, those before `first` included.
-    steps: u64,
+    pub(super) steps: u64,
     /// Steps done before.
-    first: u64,
+    pub(super) first: u64,
     /// Number of cells; 0 without a fluid, where the speed is in steps.
-    cells: usize,
+    pub(super) cells: usize,
     /// Time step (s).
-    time_step: f64,
+    pub(super) time_step: f64,
     /// Unit of `t*` (s); without, times are in seconds.
-    stokes_time: Option<f64>,
+    pub(super) stokes_time: Option<f64>,
 }
 
 impl Workload {
+    /// Of a run that begins after `first` steps.
+    pub(super) fn of(setup: &Setup, first: u64) -> Self {
+        Self {
+            steps: setup.plan.end_step,
+            first,
+            cells: setup.fluid_cells(),
+            time_step: setup.time_step,
+            stokes_time: setup.stokes_time(),
+        }
+    }
+
     /// Time after `step` steps, with its name before and its unit behind it.
     fn time(&self, step: u64) -> (&'static str, String, &'static str) {
         let time = step as f64 * self.time_step;
@@ -96,16 +100,21 @@ impl Workload {
     }
 }
 
-/// How far a run has come.
-struct Display {
-    work: Workload,
-    target: Target,
+/// How fast a run is.
+pub(super) struct Pace {
+    pub(super) work: Workload,
     interval: Duration,
-    start: Instant,
     shown: Instant,
     shown_step: u64,
     /// Steps per second, smoothed over the last few updates.
     rate: f64,
+}
+
+/// How far a run has come.
+struct Display {
+    pace: Pace,
+    target: Target,
+    start: Instant,
 }
 
 enum Target {
@@ -132,30 +141,23 @@ impl Display {
     }
 
     fn with_target(work: Workload, target: Target, interval: Duration, start: Instant) -> Self {
-        Self { work, target, interval, start, shown: start, shown_step: work.first, rate: 0.0 }
+        Self { pace: Pace::new(work, interval, start), target, start }
     }
 
     /// Shows that `step` steps are done, if it is time to.
     fn update(&mut self, step: u64, now: Instant) {
-        let elapsed = now.duration_since(self.shown);
-        if elapsed < self.interval {
+        if !self.pace.update(step, now) {
             return;
         }
-        let rate = step.saturating_sub(self.shown_step) as f64 / elapsed.as_secs_f64();
-        self.rate = if self.shown_step == self.work.first {
-            rate
-        } else {
-            NEW_WEIGHT * rate + (1.0 - NEW_WEIGHT) * self.rate
-        };
-        (self.shown, self.shown_step) = (now, step);
-        let text = self.status(step);
+        let Progressed { time, speed, left } = self.pace.status(step);
+        let text = format!("{time}  {speed}  ETA {left}");
         match &mut self.target {
             Target::Bar(bar) => {
                 bar.set_message(text);
                 bar.set_position(step);
             }
             Target::Lines(out) => {
-                let percent = 100.0 * step as f64 / self.work.steps.max(1) as f64;
+                let percent = 100.0 * step as f64 / self.pace.work.steps.max(1) as f64;
                 // Progress that cannot be shown is no reason to end a run.
                 let _ = writeln!(out, "{percent:5.1}%  {text}");
             }
@@ -173,12 +175,13 @@ impl Display {
     /// Ends the display after `step` steps with their average speed.
     fn finish(&mut self, step: u64, now: Instant) {
         let seconds = now.duration_since(self.start).as_secs_f64();
-        let (name, time, unit) = self.work.time(step);
-        let done = step.saturating_sub(self.work.first);
+        let work = self.pace.work;
+        let (name, time, unit) = work.time(step);
+        let done = step.saturating_sub(work.first);
         let text = format!(
             "{done} steps in {}, {name} {time}{unit}, {}",
             clock(seconds),
-            self.work.speed(done as f64 / seconds.max(1e-9))
+            work.speed(done as f64 / seconds.max(1e-9))
         );
         if let Target::Bar(bar) = &self.target {
             bar.finish_and_clear();
@@ -187,17 +190,49 @@ impl Display {
         }
         self.note(&text);
     }
+}
 
-    fn status(&self, step: u64) -> String {
-        let eta = if self.rate > 0.0 {
+/// What is told of a run that is under way.
+pub(super) struct Progressed {
+    /// Time in the simulation, and that at its end.
+    pub(super) time: String,
+    pub(super) speed: String,
+    /// Time that the rest takes.
+    pub(super) left: String,
+}
+
+impl Pace {
+    /// That is measured over at least `interval`.
+    pub(super) fn new(work: Workload, interval: Duration, start: Instant) -> Self {
+        Self { work, interval, shown: start, shown_step: work.first, rate: 0.0 }
+    }
+
+    /// Takes note that `step` steps are done, if it is time to; returns whether it was.
+    pub(super) fn update(&mut self, step: u64, now: Instant) -> bool {
+        let elapsed = now.duration_since(self.shown);
+        if elapsed < self.interval {
+            return false;
+        }
+        let rate = step.saturating_sub(self.shown_step) as f64 / elapsed.as_secs_f64();
+        self.rate = if self.shown_step == self.work.first {
+            rate
+        } else {
+            NEW_WEIGHT * rate + (1.0 - NEW_WEIGHT) * self.rate
+        };
+        (self.shown, self.shown_step) = (now, step);
+        true
+    }
+
+    /// After `step` steps.
+    pub(super) fn status(&self, step: u64) -> Progressed {
+        let left = if self.rate > 0.0 {
             clock(self.work.steps.saturating_sub(step) as f64 / self.rate)
         } else {
             "?".to_string()
         };
         let (name, now, unit) = self.work.time(step);
         let (_, end, _) = self.work.time(self.work.steps);
-        let speed = self.work.speed(self.rate);
-        format!("{name} {now} of {end}{unit}  {speed}  ETA {eta}")
+        Progressed { time: format!("{name} {now} of {end}{unit}"), speed: self.work.speed(self.rate), left }
     }
 }
 
@@ -239,8 +274,9 @@ mod tests {
         let dry = Workload { cells: 0, stokes_time: None, ..WORK };
         let mut progress =
             Display::with_target(dry, Target::Lines(Box::new(Sink::default())), BAR_INTERVAL, Instant::now());
-        progress.rate = 100.0;
-        assert_eq!(progress.status(500), "t 0.050 of 0.100 s  100 steps/s  ETA 0:05");
+        progress.pace.rate = 100.0;
+        let Progressed { time, speed, left } = progress.pace.status(500);
+        assert_eq!([&*time, &*speed, &*left], ["t 0.050 of 0.100 s", "100 steps/s", "0:05"]);
     }
 
     #[test]

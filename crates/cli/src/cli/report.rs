@@ -13,7 +13,7 @@ pub(super) struct ReportArguments {
     /// Output directory of a run or of a study, or a directory that holds several of them.
     #[arg(value_name = "DIR")]
     directory: PathBuf,
-    /// Directory for the page and its figures, instead of DIR.
+    /// Directory for the pages and their figures, instead of DIR.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Formats of the figures.
@@ -37,6 +37,7 @@ pub(super) fn report(arguments: &ReportArguments) -> Result<()> {
         _ => format!(", {passed} of {checks} checks passed"),
     };
     let count = |number: usize, what: &str| format!("{number} {what}{}", if number == 1 { "" } else { "s" });
-    say(&format!("{}: {}{checks}", done.page.display(), count(done.figures, "figure")));
+    let pages = format!("{}, {}", done.page.display(), done.html.display());
+    say(&format!("{pages}: {}{checks}", count(done.figures, "figure")));
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! `turbid run` and `turbid resume`.
 
+use super::live::{self, LiveFlags};
 use super::progress::Terminal;
 use super::terminal::{say, warn};
 use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals, with_device};
@@ -30,7 +31,7 @@ pub(super) fn run(arguments: &RunArguments) -> Result<()> {
 /// The case, and options that signals set: all that can fail on one process of an MPI job alone.
 fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     // Signals first: reading and packing may take a while.
-    let mut options = options(&arguments.flags, STOPPING)?;
+    let mut options = options_of_run(&arguments.flags, &arguments.live)?;
     options.overwrite = arguments.overwrite;
     let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
     if let Some(out) = &arguments.out {
@@ -49,17 +50,25 @@ pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
 
 /// The saved case, as [`prepare`].
 fn prepare_resume(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
-    let options = options(&arguments.flags, STOPPING)?;
+    let options = options_of_run(&arguments.flags, &arguments.live)?;
     let set = with_device(&arguments.set, arguments.device.as_ref());
     let setup = simulation::saved_setup(&arguments.directory, &set, arguments.threads)?;
     preflight::refuse_what_does_not_fit(&setup)?;
     Ok((setup, options))
 }
 
-/// Options of a run, by its flags and from now on by [signals]; `answer` is printed at the first one.
+/// Options of one run, with progress on the terminal and on a page.
+fn options_of_run(flags: &RunFlags, live: &LiveFlags) -> Result<RunOptions> {
+    let mut options = options(flags, STOPPING)?;
+    let terminal = Arc::new(Terminal::new(flags.quiet));
+    options.progress = Some(terminal.clone());
+    live::serve(live, &mut options, &terminal)?;
+    Ok(options)
+}
+
+/// Options of runs, by their flags and from now on by [signals]; `answer` is printed at the first one.
 pub(super) fn options(flags: &RunFlags, answer: &'static str) -> Result<RunOptions> {
     let options = RunOptions {
-        progress: Some(Arc::new(Terminal::new(flags.quiet))),
         max_walltime: flags.max_walltime,
         allow_engine: flags.allow_engine,
         ..RunOptions::default()

@@ -1,9 +1,10 @@
 //! The section about a run.
 
-mod figures;
+pub(super) mod figures;
 
-use super::section::Section;
+use super::section::{Block, Section};
 use super::{Source, read_json};
+use super::{film, html};
 use std::path::PathBuf;
 use turbid::error::Result;
 use turbid::output::numbers::{self, duration, with_error};
@@ -24,11 +25,21 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
                 section.title.clone_from(&summary.case);
             }
             section.text(&head(summary));
-            section.heading("Numbers");
-            tables(section, summary);
+            if !summary.warnings.is_empty() {
+                section.blocks.push(Block::Html("", html::warnings(&summary.warnings)));
+            }
         }
         None => section
             .text("The run has left no summary: it is still running, or was interrupted (`turbid resume`)."),
+    }
+    let time_step = summary.as_ref().map(|summary| summary.time_step);
+    let strips = film::strips(&source.directory, source.pictures, time_step);
+    if !strips.is_empty() {
+        section.blocks.push(Block::Html("Pictures", strips));
+    }
+    if let Some(summary) = &summary {
+        section.heading("Numbers");
+        tables(section, summary);
     }
     if let Some(series) = &series {
         section.heading("Over time");
@@ -37,7 +48,7 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     if let Some(summary) = &summary {
         stages(section, summary);
         section.heading("Case");
-        section.text(&format!("```toml\n{}\n```", summary.input.trim_end()));
+        section.blocks.push(Block::Code("toml", summary.input.trim_end().to_string()));
     }
     Ok(())
 }
@@ -114,7 +125,7 @@ fn tables(section: &mut Section, summary: &Summary) {
         let name = format!("{}, D = {} m", shape.kind, number(shape.equivalent_diameter));
         rows.push(vec![name, shape.count.to_string(), "particles".into()]);
     }
-    section.table("Set-up", &["quantity", "value", "unit"], &rows);
+    section.table("Set-up", &["quantity", "value", "unit"], rows);
 }
 
 /// The settling velocity with its statistics.
@@ -139,7 +150,7 @@ fn settling(section: &mut Section, summary: &Summary) {
         ("mean over u_Stokes from there", with_error(summary.settled_mean, summary.settled_standard_error)),
     ];
     let rows = rows.map(|(name, value)| vec![name.to_string(), value]);
-    section.table("Settling velocity", &["quantity", "value"], &rows);
+    section.table("Settling velocity", &["quantity", "value"], rows.to_vec());
 }
 
 /// The part of the time that each stage takes.

@@ -1,4 +1,4 @@
-//! A section of a page: markdown, and the figures that it shows.
+//! A section of a page: its blocks, from which both `REPORT.md` and `report.html` are made.
 
 use super::FIGURES;
 use crate::checks::{markdown_table, one_line};
@@ -11,14 +11,38 @@ pub(super) struct Section {
     pub(super) row: Vec<(&'static str, String)>,
     /// Checks that passed, and all of them.
     pub(super) checks: [usize; 2],
-    pub(super) markdown: String,
-    /// File names without their endings.
-    pub(super) figures: Vec<(String, Figure)>,
+    /// In the order of the page.
+    pub(super) blocks: Vec<Block>,
     /// True if it is the only one of the page.
     pub(super) is_alone: bool,
     /// Beginning of the file names of figures.
     prefix: String,
     formats: Vec<Format>,
+}
+
+/// A part of a section. Words may hold `` `code` ``.
+pub(super) enum Block {
+    Heading(String),
+    Text(String),
+    /// Lines in a language.
+    Code(&'static str, String),
+    /// Its title may be empty.
+    Table {
+        title: String,
+        columns: Vec<String>,
+        rows: Vec<Vec<String>>,
+    },
+    /// File name without its ending, and a note, which may be empty.
+    Figure {
+        stem: String,
+        title: String,
+        figure: Figure,
+        note: String,
+    },
+    /// Words before a file beside the page, and its name.
+    Link(String, String),
+    /// Elements that only `report.html` shows, below a heading, which may be empty.
+    Html(&'static str, String),
 }
 
 impl Section {
@@ -28,8 +52,7 @@ impl Section {
             title: name.to_string(),
             row: Vec::new(),
             checks: [0; 2],
-            markdown: String::new(),
-            figures: Vec::new(),
+            blocks: Vec::new(),
             is_alone,
             prefix: if is_alone { String::new() } else { format!("{}_", plain(name)) },
             formats: formats.to_vec(),
@@ -38,47 +61,70 @@ impl Section {
 
     /// Adds a paragraph.
     pub(super) fn text(&mut self, words: &str) {
-        self.markdown += words;
-        self.markdown += "\n\n";
+        self.blocks.push(Block::Text(words.to_string()));
     }
 
     /// Adds a heading.
     pub(super) fn heading(&mut self, words: &str) {
-        let level = if self.is_alone { "##" } else { "###" };
-        self.text(&format!("{level} {}", one_line(words)));
-    }
-
-    fn sub_heading(&mut self, words: &str) {
-        let level = if self.is_alone { "###" } else { "####" };
-        self.text(&format!("{level} {}", one_line(words)));
+        self.blocks.push(Block::Heading(one_line(words)));
     }
 
     /// Adds a table; an empty title is left out.
-    pub(super) fn table(&mut self, title: &str, columns: &[&str], rows: &[Vec<String>]) {
-        if !title.is_empty() {
-            self.sub_heading(title);
-        }
-        self.markdown += &markdown_table(columns, rows);
-        self.markdown.push('\n');
+    pub(super) fn table(&mut self, title: &str, columns: &[&str], rows: Vec<Vec<String>>) {
+        let columns = columns.iter().map(ToString::to_string).collect();
+        self.blocks.push(Block::Table { title: one_line(title), columns, rows });
     }
 
     /// Adds a figure with a note below it, which may be empty.
     pub(super) fn figure(&mut self, name: &str, title: &str, figure: Figure, note: &str) {
         let stem = format!("{}{}", self.prefix, plain(name));
-        let has = |format| self.formats.contains(&format);
-        let file = |format: Format| format!("{FIGURES}/{stem}.{}", format.extension());
-        let shown = if has(Format::Png) { Format::Png } else { Format::Svg };
-        let mut below = one_line(note);
-        if has(Format::Png) && has(Format::Svg) {
-            let link = format!("[SVG]({})", file(Format::Svg));
-            below = if below.is_empty() { link } else { format!("{below} {link}") };
-        }
-        let image = format!("![{}]({})", one_line(title), file(shown));
-        self.figures.push((stem, figure));
-        self.sub_heading(title);
-        self.text(&image);
-        if !below.is_empty() {
-            self.text(&below);
+        self.blocks.push(Block::Figure { stem, title: one_line(title), figure, note: one_line(note) });
+    }
+
+    /// File names of its figures without their endings, and the figures.
+    pub(super) fn figures(&self) -> impl Iterator<Item = (&str, &Figure)> + Clone {
+        self.blocks.iter().filter_map(|block| match block {
+            Block::Figure { stem, figure, .. } => Some((stem.as_str(), figure)),
+            _ => None,
+        })
+    }
+
+    /// Files of a figure that are written, below the folder of the page.
+    pub(super) fn files(&self, stem: &str) -> Vec<(Format, String)> {
+        let file = |format: &Format| (*format, format!("{FIGURES}/{stem}.{}", format.extension()));
+        self.formats.iter().map(file).collect()
+    }
+
+    /// Its text for `REPORT.md`.
+    pub(super) fn markdown(&self) -> String {
+        self.blocks.iter().map(|block| self.in_markdown(block)).collect()
+    }
+
+    fn in_markdown(&self, block: &Block) -> String {
+        let level = if self.is_alone { "##" } else { "###" };
+        let below = |title: &str| format!("{level}# {title}\n\n");
+        match block {
+            Block::Heading(words) => format!("{level} {words}\n\n"),
+            Block::Text(words) => format!("{words}\n\n"),
+            Block::Code(language, lines) => format!("```{language}\n{lines}\n```\n\n"),
+            Block::Table { title, columns, rows } => {
+                let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+                let title = if title.is_empty() { title.clone() } else { below(title) };
+                format!("{title}{}\n", markdown_table(&columns, rows))
+            }
+            Block::Figure { stem, title, note, .. } => {
+                let files = self.files(stem);
+                let of = |format| files.iter().find(|file| file.0 == format).map(|file| &file.1);
+                let (svg, png) = (of(Format::Svg), of(Format::Png));
+                let shown = png.or(svg).map_or("", String::as_str);
+                let link = svg.filter(|_| png.is_some()).map_or(String::new(), |svg| format!("[SVG]({svg})"));
+                let note =
+                    [note.clone(), link].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>();
+                let note = if note.is_empty() { String::new() } else { note.join(" ") + "\n\n" };
+                format!("{}![{title}]({shown})\n\n{note}", below(title))
+            }
+            Block::Link(words, file) => format!("{words}: [{file}]({file}).\n\n"),
+            Block::Html(..) => String::new(),
         }
     }
 }

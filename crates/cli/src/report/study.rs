@@ -1,11 +1,15 @@
 //! The section about a study.
 
-use super::section::Section;
-use super::{Source, read_json};
+use super::section::{Block, Section};
+use super::{Source, html, read_json};
 use crate::checks::{Check, Score, bold_failure, cells};
-use crate::study::document::{Document, FILE};
+use crate::study::document::{Document, FILE, RESULT};
 use turbid::error::Result;
-use turbid::output::numbers::duration;
+use turbid::input;
+use turbid::output::numbers::{self, duration};
+
+/// Largest table of runs that is shown (bytes).
+const RUNS: u64 = 16 << 20;
 
 pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     let document: Document = read_json(&source.directory.join(FILE), "`turbid study` writes it anew")?;
@@ -22,14 +26,18 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     let is_open = runs.done < runs.total;
     let left = if is_open { format!(", about {} left", duration(runs.seconds_left)) } else { String::new() };
     section.text(&format!(
-        "Turbid {}, {} of {} runs done in {spent}{left}. Made again by\n\n```sh\n{}\n```",
-        document.version, runs.done, runs.total, document.command
+        "Turbid {}, {} of {} runs done in {spent}{left}. Made again by",
+        document.version, runs.done, runs.total
     ));
+    section.blocks.push(Block::Code("sh", document.command));
     if !document.checks.is_empty() {
         section.heading("Checks");
         section.text(&format!("{score}."));
         let columns = ["quantity", "measured", "reference", "deviation", "tolerance", "", "source"];
-        section.table("", &columns, &document.checks.iter().map(row).collect::<Vec<_>>());
+        section.table("", &columns, document.checks.iter().map(row).collect());
+    }
+    if let Some(runs) = runs_table(source) {
+        section.blocks.push(Block::Html("Runs", runs));
     }
     if !document.figures.is_empty() {
         section.heading("Figures");
@@ -43,7 +51,7 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     }
     for table in &document.tables {
         let columns: Vec<&str> = table.columns.iter().map(String::as_str).collect();
-        section.table(&table.title, &columns, &table.rows);
+        section.table(&table.title, &columns, table.rows.clone());
     }
     if !document.unsettled.is_empty() {
         section.heading("Means that have not settled");
@@ -54,6 +62,28 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The table of all runs with filters, each with a link to its folder; none if it cannot be read.
+fn runs_table(source: &Source) -> Option<String> {
+    let bytes = input::read_unlinked(&source.directory.join(RESULT), RUNS).ok()?;
+    let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&bytes[..]);
+    let columns: Vec<String> = reader.headers().ok()?.iter().map(|name| name.replace('_', " ")).collect();
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    // Names and versions are no numbers; numbers get five digits.
+    let cell = |cell: &str| match cell.parse::<f64>() {
+        Ok(value) if cell.contains('.') => numbers::number(value, 5),
+        _ => cell.to_string(),
+    };
+    let rows = reader.records().map(|row| row.ok().map(|row| row.iter().map(cell).collect()));
+    let rows: Vec<Vec<String>> = rows.collect::<Option<_>>()?;
+    let address = |row: &Vec<String>| {
+        let name = row.first()?;
+        let from = source.from_page.as_ref().filter(|_| source.directory.join(name).is_dir())?;
+        Some(format!("{from}{name}/"))
+    };
+    let addresses: Vec<Option<String>> = rows.iter().map(address).collect();
+    (!rows.is_empty()).then(|| html::table(&columns, &rows, &addresses, true))
 }
 
 fn row(check: &Check) -> Vec<String> {

@@ -47,6 +47,26 @@ fn every_point_has_its_marker_at_its_place_in_its_panel() {
 }
 
 #[test]
+fn the_values_of_every_point_stand_where_its_marker_is_and_long_series_are_thinned() {
+    let few = series("a", Style::Measured, &[(0.1, 1.0), (0.2, 3.0)]);
+    let many: Vec<(f64, f64)> = (0..100_000).map(|i| (1e-5 * f64::from(i), 2.0)).collect();
+    let chart = chart(vec![vec![few.clone()], vec![few.clone(), series("b", Style::Line, &many)]]);
+    let (looks, layout) = layout(&chart);
+    let figure = chart.figure();
+    let curves = &figure.readings().curves;
+    let labels: Vec<&str> = curves.iter().map(|curve| &*curve.label).collect();
+    assert_eq!(labels, ["a", "a", "b"]);
+    for (panel, curve) in [(0, &curves[0]), (1, &curves[1])] {
+        assert_eq!((curve.points.len(), curve.colour), (2, looks.find(&few).colour));
+        for &(left, top, x, y, _) in &curve.points {
+            let at = layout.at(layout.panels[panel], x, y).unwrap();
+            assert!((left - at.0).abs() < 0.06 && (top - at.1).abs() < 0.06, "{panel} {x} {y}");
+        }
+    }
+    assert!((100..1000).contains(&curves[2].points.len()), "{}", curves[2].points.len());
+}
+
+#[test]
 fn fourteen_series_differ_in_marker_or_dashes_and_not_by_colour_alone() {
     let all = |style| -> Vec<Look> {
         let series: Vec<Series> = (0..14).map(|i| series(&i.to_string(), style, &[(0.0, 0.0)])).collect();

@@ -56,7 +56,7 @@ const OF_BODIES: [(&str, &str); 6] = [
 type Columns<'a> = Vec<(&'a SeriesColumn, &'a str)>;
 
 /// Adds all figures of a series; columns that are zero throughout are left out.
-pub(super) fn all(section: &mut Section, series: &SeriesTable, summary: Option<&Summary>) {
+pub(in crate::report) fn all(section: &mut Section, series: &SeriesTable, summary: Option<&Summary>) {
     let columns = |beginning: &str, endings: Endings| -> Columns {
         let column = |&(ending, label)| {
             let is = |column: &&SeriesColumn| column.name.strip_prefix(beginning) == Some(ending);
