@@ -12,9 +12,6 @@ use std::path::Path;
 pub const PATHS: usize = 16;
 
 /// Header of `particle_series.csv`: name and unit of every column. One row per particle and time.
-///
-/// Positions are continuous: they count the turns through periodic faces. The orientation is the unit quaternion
-/// that maps the body frame to the world frame, `w` its real part.
 pub const COLUMNS: [&str; 16] = [
     "step (-)",
     "t (s)",
@@ -32,6 +29,17 @@ pub const COLUMNS: [&str; 16] = [
     "orientation_x (-)",
     "orientation_y (-)",
     "orientation_z (-)",
+];
+
+/// Definition of every quantity, by the name of its column without the axis.
+pub const DEFINITIONS: [(&str, &str); 7] = [
+    ("step", "Steps done."),
+    ("t", "Time, `step * time_step`."),
+    ("id", "Number of the particle, from 0 in the order of the sections."),
+    ("", "Centre of mass, on a continuous path: passages through periodic faces add the edge of the box."),
+    ("velocity", "Velocity of the centre of mass."),
+    ("angular_velocity", "Angular velocity in the world frame."),
+    ("orientation", "Unit quaternion that maps the body frame to the world frame; `w` is its real part."),
 ];
 
 #[derive(Serialize)]

@@ -25,3 +25,4 @@ mod resume;
 mod run;
 mod same_bits;
 mod study;
+mod tutorials;
