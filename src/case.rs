@@ -253,16 +253,16 @@ pub struct OutputPlan {
     pub picture_plane: Option<(usize, Option<f64>)>,
     /// Speed at the upper end of the colours of pictures (m/s), if the case says so.
     pub picture_range: Option<f64>,
-    /// When checkpoints are due.
+    /// Interval between checkpoints.
     pub checkpoint_every: CheckpointSpacing,
 }
 
-/// When a run writes checkpoints of its own accord.
+/// Interval between the checkpoints that a run writes without a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckpointSpacing {
     /// Never.
     Never,
-    /// After so many steps each, and at the end.
+    /// After each interval of this many steps, and at the end.
     Steps(u64),
     /// After so much wall time each.
     WallTime(Duration),

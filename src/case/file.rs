@@ -258,7 +258,7 @@ pub struct RunSection {
     pub threads: usize,
     /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
     pub simd: Option<Simd>,
-    /// What computes the fluid: "cpu", "gpu" or "gpu:1", a device with an OpenCL driver by its number in `turbid doctor`, from 0 on. Default
+    /// Device that computes the fluid: "cpu", "gpu" or "gpu:1", a device with an OpenCL driver by its number in `turbid doctor`, from 0 on. Default
     /// "cpu". Results do not depend on it. With a device, the default of `threads` is 1.
     #[schemars(regex(pattern = r"^(cpu|gpu(:[0-9]{1,3})?)$"))]
     pub device: Option<String>,

@@ -58,7 +58,7 @@ struct Row {
 pub struct PathsState {
     /// Bytes of the file.
     length: u64,
-    /// Where each particle was last, in the box and on its continuous path (m).
+    /// Last position of each particle, in the box and on its continuous path (m).
     last: Vec<[[f64; 3]; 2]>,
 }
 
@@ -67,7 +67,7 @@ pub struct PathsState {
 pub struct ParticleSeries {
     writer: SeriesWriter,
     domain: Domain,
-    /// Where each particle was last, in the box and on its continuous path.
+    /// Last position of each particle, in the box and on its continuous path.
     last: Vec<(Vec3, Vec3)>,
 }
 
@@ -84,7 +84,7 @@ impl ParticleSeries {
         Ok(Self { writer: SeriesWriter::resume(path, state.length)?, domain, last: last.collect() })
     }
 
-    /// Whether the file has the rows that [`resume`](Self::resume) wants. Errors: [`Error::Input`](crate::error::Error::Input) if
+    /// Checks that the file has the rows that [`resume`](Self::resume) needs. Errors: [`Error::Input`](crate::error::Error::Input) if
     /// not.
     pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
         SeriesWriter::holds(path, state.length)

@@ -293,7 +293,7 @@ pub struct SeriesTable {
 pub struct SeriesColumn {
     /// Name without its unit.
     pub name: String,
-    /// What stands in parentheses behind it, `-` for none.
+    /// Unit, in parentheses behind the name; `-` for none.
     pub unit: String,
     /// A number for each row.
     pub values: Vec<f64>,
@@ -345,7 +345,7 @@ fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[SeriesColumn]) ->
     let line = record.position().map_or(0, csv::Position::line);
     let wrong = record.iter().zip(columns).find(|(word, _)| word.parse::<f64>().is_err());
     let what = match wrong {
-        Some((word, column)) => format!("`{word}` in column `{}` is no number", column.name),
+        Some((word, column)) => format!("`{word}` in column `{}` is not a number", column.name),
         None => format!("{} values under {} heads", record.len(), columns.len()),
     };
     Error::Input(format!(
@@ -470,7 +470,7 @@ mod tests {
     #[test]
     fn a_row_that_is_broken_is_named_with_its_line_and_column() {
         let error = read("step (-),v (m/s)\n0,1\n1,x\n2,3\n").unwrap_err().to_string();
-        assert!(error.contains("line 3: `x` in column `v` is no number"), "{error}");
+        assert!(error.contains("line 3: `x` in column `v` is not a number"), "{error}");
         let error = read("a,b\n0\n1,2\n").unwrap_err().to_string();
         assert!(error.contains("line 2: 1 values under 2 heads"), "{error}");
     }

@@ -42,7 +42,7 @@ pub(super) struct Observer<'a> {
     writers: Writers<'a>,
     /// Steps at which they have written last.
     done: Vec<Option<u64>>,
-    /// Whether every rank writes its own pieces of files.
+    /// True if every rank writes its own pieces of files.
     pieces: bool,
     is_root: bool,
     /// Only on rank 0.

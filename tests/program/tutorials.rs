@@ -3,6 +3,7 @@
 
 use crate::common::{PROGRAM, Place, in_tree, words};
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Stdio};
@@ -151,4 +152,35 @@ fn the_page_on_commands_is_the_help_of_the_program() {
     }
     let stored = fs::read_to_string(path).unwrap_or_default();
     assert!(stored == out, "out of date; run: UPDATE=1 cargo test --test program tutorials");
+}
+
+#[test]
+fn the_page_on_arrays_has_those_of_every_file() {
+    let page = fs::read_to_string(in_tree("docs/reference/arrays.md")).unwrap();
+    let place = Place::empty();
+    let case = in_tree("docs/tutorials/own-shape/grains.toml");
+    place.well(&["run", case.to_str().unwrap(), "--out", "out", "--quiet", "--set", "run.end={ steps = 2 }"]);
+    // Names of VTK's own arrays, and of the time of a file.
+    let of_vtk = ["TimeValue", "Points", "connectivity", "offsets"];
+    let mut found = BTreeSet::new();
+    for (file, section) in [
+        ("fields/fields_0000000002.vti", "fields_"),
+        ("particles/particles_0000000002.vtp", "particles_"),
+        ("surfaces/surfaces_0000000002.vtp", "surfaces_"),
+        ("contacts/contacts_0000000002.vtp", "contacts_"),
+        ("force_chains/force_chains_0000000002.vtp", "force_chains_"),
+        ("walls.vtp", "walls.vtp"),
+    ] {
+        let bytes = fs::read(place.path("out").join(file)).unwrap();
+        let text = String::from_utf8_lossy(&bytes);
+        let (_, rest) = page.split_once(&format!("\n## {section}")).unwrap();
+        let section = rest.split("\n## ").next().unwrap();
+        for name in text.split(" Name=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+            if !of_vtk.contains(&name) {
+                assert!(section.contains(&format!("`{name}`")), "{file}: `{name}`");
+                found.insert(name.to_string());
+            }
+        }
+    }
+    assert!(found.len() > 15, "{found:?}");
 }

@@ -82,7 +82,7 @@ struct Changes {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
+    /// Device that computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
     #[arg(long)]
     device: Option<String>,
 }
@@ -137,7 +137,7 @@ struct ResumeArguments {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// What computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
+    /// Device that computes the fluid: cpu, gpu, or gpu:1, a device by its number in `turbid doctor`. Results do not depend on it.
     #[arg(long)]
     device: Option<String>,
     #[command(flatten)]
@@ -224,11 +224,7 @@ const STOPPED: u8 = 4;
 pub const EXIT_CODES: [(u8, &str); 5] = [
     (0, "success"),
     (2, "invalid input, of which nothing was written; or the machine failed: disk full, out of memory"),
-    (
-        CHECKS_FAILED,
-        "the simulation left the valid range of the method, an external engine or a device failed, or a check of validate, study, \
-         crosscheck or bench --compare failed",
-    ),
+    (CHECKS_FAILED, "the simulation diverged, an external engine or a device failed, or a check failed"),
     (STOPPED, "a signal or --max-walltime stopped run, resume, study or validate early; it can be resumed"),
     (130, "a second interrupt ended the program at once; everything since the last checkpoint is lost"),
 ];

@@ -96,7 +96,7 @@ impl Workload {
     }
 }
 
-/// How far a run has come.
+/// Progress of a run.
 struct Display {
     work: Workload,
     target: Target,
