@@ -59,7 +59,7 @@ fn destinations(text: &str) -> Vec<String> {
     for event in parse(text) {
         match event {
             Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
-                found.push(dest_url.to_string())
+                found.push(dest_url.to_string());
             }
             Event::Html(html) | Event::InlineHtml(html) => {
                 for attribute in ["src=\"", "href=\""] {

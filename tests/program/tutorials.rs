@@ -60,7 +60,7 @@ fn follow(name: &str) {
         [place.path("bin")].into_iter().chain(std::env::split_paths(&std::env::var_os("PATH").unwrap())),
     );
     let output = Command::new("timeout")
-        .args(["--kill-after=5", "300", "sh", "-euc", &page.commands])
+        .args(["--kill-after=5", "600", "sh", "-euc", &page.commands])
         .current_dir(place.folder())
         .env("PATH", path.unwrap())
         .env("TURBID", in_tree(".").canonicalize().unwrap())
