@@ -29,6 +29,7 @@ stage lints cargo clippy --locked --workspace --all-targets --all-features --qui
 stage dependencies ./scripts/dependencies.sh
 stage documentation env RUSTDOCFLAGS="-D warnings" \
     cargo doc --locked --workspace --no-deps --all-features --document-private-items --quiet
+stage book ./scripts/docs.sh
 # Without features only their absence differs: all tests compile, and what is refused is said. Nothing is computed, so nothing is
 # optimised.
 stage "lints without features" cargo clippy --locked --all-targets --quiet -- -D warnings

@@ -42,6 +42,6 @@ mkdir -p "$list/.git"
 cp -r advisories/crates "$list/"
 # It looks here for the age of the list, which is the business of whoever refreshes it.
 touch "$list/.git/FETCH_HEAD"
-# What other systems need is looked at, too, and then nothing is asked of the network.
+# What other systems need is looked at, too, and then the network is not used.
 cargo fetch --locked --quiet
 "$tools/bin/cargo-deny" --workspace --locked --offline check --hide-inclusion-graph

@@ -254,16 +254,16 @@ pub struct OutputPlan {
     pub picture_every: u64,
     /// The pictures.
     pub pictures: Vec<PicturePlan>,
-    /// When checkpoints are due.
+    /// Interval between checkpoints.
     pub checkpoint_every: CheckpointSpacing,
 }
 
-/// When a run writes checkpoints of its own accord.
+/// Interval between the checkpoints that a run writes without a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CheckpointSpacing {
     /// Never.
     Never,
-    /// After so many steps each, and at the end.
+    /// After each interval of this many steps, and at the end.
     Steps(u64),
     /// After so much wall time each.
     WallTime(Duration),

@@ -48,7 +48,7 @@ pub struct ProcessOptions {
 /// Options of LIGGGHTS beyond those of every engine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiggghtsOptions {
-    /// Where LIGGGHTS runs.
+    /// Process in which LIGGGHTS runs.
     pub process: LiggghtsProcess,
     /// Commands of the user, given after all others of the set-up and before the first step; any that
     /// [`commands::accept`] refuses is an error of the set-up.
@@ -81,7 +81,7 @@ impl LiggghtsOptions {
     }
 }
 
-/// Where LIGGGHTS runs.
+/// Process in which LIGGGHTS runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LiggghtsProcess {

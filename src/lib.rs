@@ -1,6 +1,6 @@
 //! Particle-resolved suspension dynamics: rigid convex bodies in a lattice Boltzmann fluid, coupled both ways.
 //!
-//! The program `turbid` (the package `turbid-cli`) runs case files (see the README); this is the library behind it. Everything is in SI units.
+//! The program `turbid` (the package `turbid-cli`) runs case files (see `docs/`); this is the library behind it. Everything is in SI units.
 //!
 //! ```
 //! use turbid::{Builder, Particles};

@@ -145,7 +145,7 @@ impl FluidSystem {
         Ok(Self { fluid, coupling, driving, cells })
     }
 
-    /// What acts on a fluid of `cells` cells that are in no wall.
+    /// Acceleration of a fluid of `cells` cells that are in no wall.
     fn acting(
         setup: &Setup,
         of: &FluidSetup,
@@ -287,7 +287,7 @@ impl Simulation {
         (0..count).try_for_each(|_| self.step())
     }
 
-    /// Whether this rank has failed, and what is requested of it.
+    /// True if this rank has failed, with the requests to it.
     fn status_flags(&self) -> [i64; 3] {
         let Requests { stop, checkpoint } = self.requests;
         [self.failure.is_some(), stop, checkpoint].map(i64::from)

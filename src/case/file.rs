@@ -260,9 +260,9 @@ pub struct RunSection {
     pub threads: usize,
     /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
     pub simd: Option<Simd>,
-    /// What computes the fluid: "cpu", "gpu" or "gpu:1", a device by its number in `turbid doctor`, from 0 on, or "gpu:0,1", devices that
-    /// the ranks take in turn. Default "cpu". Results do not depend on it. With devices, the default of `threads` is their number.
-    #[schemars(regex(pattern = r"^(cpu|gpu(:[0-9]{1,3})?)$"))]
+    /// Device that computes the fluid: "cpu", "gpu" or "gpu:1", a device by its number in `turbid doctor`, from 0 on, or "gpu:0,1", devices
+    /// that the ranks take in turn. Default "cpu". Results do not depend on it. With devices, the default of `threads` is their number.
+    #[schemars(regex(pattern = r"^(cpu|gpu(:[0-9]{1,3}(,[0-9]{1,3})*)?)$"))]
     pub device: Option<String>,
 }
 

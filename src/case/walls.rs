@@ -80,7 +80,7 @@ pub(super) fn free_volume(domain: &Domain, walls: &[PlacedWall]) -> f64 {
     domain.volume() * free as f64 / counts.iter().product::<usize>() as f64
 }
 
-/// The indices of a grid of so many points in each direction, x fastest.
+/// Indices of a grid with this number of points in each direction, x fastest.
 fn grid(counts: [usize; 3]) -> impl Iterator<Item = [usize; 3]> {
     let [x, y, z] = counts;
     (0..x * y * z).map(move |n| [n % x, n / x % y, n / (x * y)])

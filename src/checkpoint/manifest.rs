@@ -62,7 +62,7 @@ impl Manifest {
     pub(super) fn to_text(&self) -> String {
         let body = toml::to_string(self).expect("plain data can be written");
         let text =
-            format!("# State of a run of turbid; go on with `turbid resume`.\nformat = {FORMAT}\n{body}");
+            format!("# State of a run of turbid; `turbid resume` resumes it.\nformat = {FORMAT}\n{body}");
         let seal = hex(xxh3_64(text.as_bytes()));
         format!("{text}{SEAL}{seal}\n")
     }

@@ -62,7 +62,7 @@ const TAKEN: [&str; 16] = [
 const REASONS: [(&str, &str); 9] = [
     (
         "run rerun minimize run_style timestep reset_timestep",
-        "turbid sets the time step of LIGGGHTS and tells it when to step; `run.end` and `contact.substeps` say how far and how \
+        "turbid sets the time step of LIGGGHTS and starts each step; `run.end` and `contact.substeps` say how far and how \
          finely",
     ),
     (
@@ -95,7 +95,7 @@ const REASONS: [(&str, &str); 9] = [
     ),
 ];
 
-/// Why a command is not passed on.
+/// Reason for which a command is not passed on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// Kind of the mistake, to follow the name of the key.

@@ -95,6 +95,6 @@ fn coordinate(word: &str) -> Result<f64, String> {
             Ok(_) if word.contains(',') => "decimal commas must be points",
             _ => REMEDY,
         };
-        format!("`{}` is no number; {remedy}", input::word(word))
+        format!("`{}` is not a number; {remedy}", input::word(word))
     })
 }

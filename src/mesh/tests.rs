@@ -143,7 +143,7 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
         (
             "comma.stl",
             b"solid x\nfacet\nvertex 0,5 1 2\n".to_vec(),
-            "line 3: `0,5` is no number; decimal commas",
+            "line 3: `0,5` is not a number; decimal commas",
         ),
         (
             "square.stl",

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-/// What is appended to the name of a file that is being written.
+/// Ending of the name of a file that is being written.
 pub(super) const PARTIAL_SUFFIX: &str = ".tmp";
 
 /// Writes a file under another name, syncs it to disk, and renames it to `path`, whose directory may be missing.

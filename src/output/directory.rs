@@ -1,4 +1,4 @@
-//! Where output goes, and the names of its files.
+//! The output directory and the names of its files.
 //!
 //! ```text
 //! DIRECTORY/
@@ -47,7 +47,7 @@ const SERIES: &str = "series.csv";
 const SETTLING: &str = "settling_velocity.png";
 const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
-/// What external engines say.
+/// Logs of external engines.
 const LOGS: [&str; 2] = ["liggghts.log", "process.log"];
 /// Cells of the fluid.
 pub const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
@@ -101,7 +101,7 @@ impl Numbered {
     }
 }
 
-/// What one writer writes.
+/// Files of one writer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A file at each of its steps.
@@ -176,7 +176,7 @@ impl OutputFiles {
         self.directory.join(PATHS)
     }
 
-    /// What the external engine of this name prints.
+    /// Log of the external engine of this name.
     pub fn engine_log(&self, engine: &str) -> PathBuf {
         self.directory.join(format!("{engine}.log"))
     }
@@ -275,7 +275,7 @@ pub fn refuse_results(directory: &Path, more: &[Kind]) -> Result<()> {
     }
     let shown = directory.display();
     let resume =
-        if saved.is_empty() { String::new() } else { format!("`turbid resume {shown}` goes on with it; ") };
+        if saved.is_empty() { String::new() } else { format!("`turbid resume {shown}` resumes it; ") };
     Err(Error::Input(format!(
         "the output directory {shown} holds the results of an earlier run: {}\n  {resume}--out DIR or the key \
          output.directory keeps it and writes elsewhere; --overwrite removes it",

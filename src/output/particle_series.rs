@@ -12,9 +12,6 @@ use std::path::Path;
 pub const PATHS: usize = 16;
 
 /// Header of `particle_series.csv`: name and unit of every column. One row per particle and time.
-///
-/// Positions are continuous: they count the turns through periodic faces. The orientation is the unit quaternion
-/// that maps the body frame to the world frame, `w` its real part.
 pub const COLUMNS: [&str; 16] = [
     "step (-)",
     "t (s)",
@@ -34,6 +31,17 @@ pub const COLUMNS: [&str; 16] = [
     "orientation_z (-)",
 ];
 
+/// Definition of every quantity, by the name of its column without the axis.
+pub const DEFINITIONS: [(&str, &str); 7] = [
+    ("step", "Steps done."),
+    ("t", "Time, `step * time_step`."),
+    ("id", "Number of the particle, from 0 in the order of the sections."),
+    ("", "Centre of mass, on a continuous path: passages through periodic faces add the edge of the box."),
+    ("velocity", "Velocity of the centre of mass."),
+    ("angular_velocity", "Angular velocity in the world frame."),
+    ("orientation", "Unit quaternion that maps the body frame to the world frame; `w` is its real part."),
+];
+
 #[derive(Serialize)]
 struct Row {
     step: u64,
@@ -50,7 +58,7 @@ struct Row {
 pub struct PathsState {
     /// Bytes of the file.
     length: u64,
-    /// Where each particle was last, in the box and on its continuous path (m).
+    /// Last position of each particle, in the box and on its continuous path (m).
     last: Vec<[[f64; 3]; 2]>,
 }
 
@@ -59,7 +67,7 @@ pub struct PathsState {
 pub struct ParticleSeries {
     writer: SeriesWriter,
     domain: Domain,
-    /// Where each particle was last, in the box and on its continuous path.
+    /// Last position of each particle, in the box and on its continuous path.
     last: Vec<(Vec3, Vec3)>,
 }
 
@@ -76,7 +84,7 @@ impl ParticleSeries {
         Ok(Self { writer: SeriesWriter::resume(path, state.length)?, domain, last: last.collect() })
     }
 
-    /// Whether the file has the rows that [`resume`](Self::resume) wants. Errors: [`Error::Input`](crate::error::Error::Input) if
+    /// Checks that the file has the rows that [`resume`](Self::resume) needs. Errors: [`Error::Input`](crate::error::Error::Input) if
     /// not.
     pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
         SeriesWriter::holds(path, state.length)

@@ -30,7 +30,7 @@ fn piece_name(file: &Path, rank: usize) -> String {
     format!("{}{MARK}{rank:05}.{}", text(file.file_stem()), text(file.extension()))
 }
 
-/// Whether `name` is that of a piece of the file `stem` + `extension`, with its dot.
+/// Returns true if `name` is that of a piece of the file `stem` + `extension`, with its dot.
 pub(super) fn is_piece(name: &str, stem: &str, extension: &str) -> bool {
     name.strip_prefix(stem)
         .and_then(|rest| rest.strip_prefix(MARK))
@@ -38,7 +38,7 @@ pub(super) fn is_piece(name: &str, stem: &str, extension: &str) -> bool {
         .is_some_and(is_number)
 }
 
-/// Whether this is a number without a sign.
+/// Returns true for a number without a sign.
 pub(super) fn is_number(digits: &str) -> bool {
     !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }

@@ -24,7 +24,7 @@ use vtkio::model::{
 use vtkio::xml::Compressor;
 use vtkio::{IOBuffer, Vtk};
 
-/// What vtkio writes of a piece without points, and what VTK wants there.
+/// Text that vtkio writes of a piece without points, and the one that VTK needs.
 const NO_COUNTS: &str = "<Piece>";
 const COUNTS: &str =
     "<Piece NumberOfPoints=\"0\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfPolys=\"0\">";
@@ -32,7 +32,7 @@ const COUNTS: &str =
 /// Polygonal data; every array has its values for all points, in their order.
 #[derive(Debug, Default)]
 pub struct PolyData {
-    /// Numbers are `f64`, to go on from, instead of `f32`, to look at.
+    /// Numbers are `f64`, to resume from, instead of `f32`, to look at.
     double: bool,
     points: Vec<f64>,
     vertices: Cells,
@@ -54,7 +54,7 @@ impl Cells {
         self.offsets.push(self.connectivity.len() as u64);
     }
 
-    /// What vtkio wants; nothing for none.
+    /// Attribute in the form of vtkio; empty for none.
     fn topology(self) -> Option<VertexNumbers> {
         (!self.offsets.is_empty())
             .then_some(VertexNumbers::XML { connectivity: self.connectivity, offsets: self.offsets })

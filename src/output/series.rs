@@ -9,23 +9,10 @@ use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields; those of walls
-/// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow.
+/// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow. [`DEFINITIONS`] says what they are.
 ///
 /// A row is the state between two steps: all forces of the steps so far have acted, and none of the coming one. So with a body
 /// acceleration `a` its flow lies `a dt / 2` behind that of the fields, which is taken in the middle of the coming collision.
-///
-/// The settling velocity is the mean velocity of the particles, relative to that of the mixture by volume (the net flux), along their
-/// weight less buoyancy, over the Stokes velocity. The overlap is the depth of a contact over the diameter. The kinetic energy of the
-/// fluid is that of all cells, those inside of particles included; the momentum leaves out the fluid inside of particles. The wall
-/// force is that of all contacts on all walls. Gravitational energy counts weight less buoyancy, from the origin, along directions
-/// that are not periodic. The Mach number is that of the fastest cell.
-///
-/// Stresses are symmetric, over the volume of the box that is in no wall (without a fluid of the whole box), positive where they pull
-/// or resist shear as viscosity does. That of contacts is `-sum l F / V`: `l` leads to the centre of a particle, on which the force
-/// `F` acts, from that of the other one or from the contact with a wall. The hydrodynamic one is the stresslet of Batchelor (1970),
-/// the first moment about each centre of the momentum that the fluid gives to the particle in the coming step, and the stress that
-/// partially saturated cells carry. In steady shear the stress on the plates is viscosity times shear rate, and these two, minus the
-/// Reynolds stress.
 pub const COLUMNS: [&str; 37] = [
     "step (-)",
     "t (s)",
@@ -64,6 +51,64 @@ pub const COLUMNS: [&str; 37] = [
     "hydrodynamic_stress_xy (Pa)",
     "hydrodynamic_stress_xz (Pa)",
     "hydrodynamic_stress_yz (Pa)",
+];
+
+/// Definition of every quantity, by the name of its column without the axis: `net_flux` of `net_flux_x`. Here `v` is the velocity of a
+/// particle, `m` its mass, `V_p` its volume, `V` the volume of the box that is in no wall (without a fluid of the whole box), `u` the
+/// velocity of the fluid, `rho` its density, and `<>` a mean.
+pub const DEFINITIONS: [(&str, &str); 25] = [
+    ("step", "Steps done: of the fluid, or without one of the particles."),
+    ("t", "Time, `step * time_step`."),
+    (
+        "t_star",
+        "Time over the time in which a particle travels its diameter at the Stokes velocity, `t u_Stokes / D`. 0 if nothing settles.",
+    ),
+    (
+        "settling_velocity_over_stokes",
+        "Settling velocity, `(<v> - net_flux) . g / u_Stokes`, with the unit vector `g` along the weight less buoyancy of all particles.",
+    ),
+    ("mean_particle_velocity", "Mean velocity of the particles, `<v>`."),
+    ("mean_particle_speed", "Mean speed of the particles, `<|v|>`."),
+    ("max_particle_speed", "Largest speed of a particle."),
+    (
+        "net_flux",
+        "Mean velocity of the mixture by volume: of `u` over all cells, in which a particle counts with its own velocity.",
+    ),
+    ("contacts", "Number of contacts between particles, and of particles with walls."),
+    ("max_overlap", "Depth of the deepest contact over `D`."),
+    (
+        "kinetic_energy_fluid",
+        "Kinetic energy of the fluid, `sum rho u^2 dx^3 / 2` over all cells, those inside of particles included.",
+    ),
+    ("kinetic_energy_translation", "Kinetic energy of the particles by translation, `sum m v^2 / 2`."),
+    ("kinetic_energy_rotation", "Kinetic energy of the particles by rotation, `sum w . I w / 2`."),
+    ("momentum", "Momentum of fluid and particles, `rho V net_flux + sum (m - rho V_p) v`."),
+    ("wall_force", "Force of the particles on all walls, by contacts."),
+    (
+        "gravitational_energy",
+        "Energy of the weight less buoyancy of the particles, `-sum (m - rho V_p) g . x` over directions that are not periodic, from the origin.",
+    ),
+    ("max_mach", "Mach number of the fastest cell, `sqrt(3) |u| dt / dx`."),
+    (
+        "contact_stress",
+        "Stress by contacts, `-sum l F / V`, symmetric part: `F` acts on a particle, to whose centre `l` leads from that of the other \
+         one, or from the contact with a wall. Positive where it pulls, or resists shear as viscosity does.",
+    ),
+    (
+        "hydrodynamic_stress",
+        "Stress of the particles by the fluid: the stresslet of Batchelor (1970), the first moment about each centre of the momentum that \
+         the fluid gives to the particle in the coming step, and the stress that partially saturated cells carry, over `V`. In steady shear \
+         the stress on the plates is viscosity times shear rate, plus this and the contact stress, minus the Reynolds stress.",
+    ),
+    ("fluid_force", "Force of the fluid on the wall in the last step, without the pressure at rest."),
+    ("shear_stress", "Force of fluid and contacts along a plane wall over its area in the box. Planes only."),
+    (
+        "hydrodynamic_force",
+        "Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy.",
+    ),
+    ("hydrodynamic_torque", "Torque of the fluid on them, about the centre of each."),
+    ("contact_force", "Force of contacts on them."),
+    ("contact_torque", "Torque of contacts on them, about the centre of each."),
 ];
 
 /// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
@@ -248,7 +293,7 @@ pub struct SeriesTable {
 pub struct SeriesColumn {
     /// Name without its unit.
     pub name: String,
-    /// What stands in parentheses behind it, `-` for none.
+    /// Unit, in parentheses behind the name; `-` for none.
     pub unit: String,
     /// A number for each row.
     pub values: Vec<f64>,
@@ -300,7 +345,7 @@ fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[SeriesColumn]) ->
     let line = record.position().map_or(0, csv::Position::line);
     let wrong = record.iter().zip(columns).find(|(word, _)| word.parse::<f64>().is_err());
     let what = match wrong {
-        Some((word, column)) => format!("`{word}` in column `{}` is no number", column.name),
+        Some((word, column)) => format!("`{word}` in column `{}` is not a number", column.name),
         None => format!("{} values under {} heads", record.len(), columns.len()),
     };
     Error::Input(format!(
@@ -340,6 +385,19 @@ mod tests {
         assert_eq!(std::fs::read(&path).unwrap(), b"step\n1\n");
         std::fs::remove_file(&path).unwrap();
         assert!(SeriesWriter::resume(&path, 100).is_err());
+    }
+
+    #[test]
+    fn every_column_has_one_definition_and_every_definition_a_column() {
+        let of_bodies = WALL_COLUMNS.iter().chain(&LOADS).map(|(name, _)| *name);
+        let names = COLUMNS.iter().map(|head| head.split(" (").next().unwrap()).chain(of_bodies);
+        let quantity = |name: &'static str| match name.rsplit_once('_') {
+            Some((vector, "x" | "y" | "z" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz")) => vector,
+            _ => name,
+        };
+        let mut quantities: Vec<&str> = names.map(quantity).collect();
+        quantities.dedup();
+        assert_eq!(quantities, DEFINITIONS.map(|(name, _)| name));
     }
 
     #[test]
@@ -412,7 +470,7 @@ mod tests {
     #[test]
     fn a_row_that_is_broken_is_named_with_its_line_and_column() {
         let error = read("step (-),v (m/s)\n0,1\n1,x\n2,3\n").unwrap_err().to_string();
-        assert!(error.contains("line 3: `x` in column `v` is no number"), "{error}");
+        assert!(error.contains("line 3: `x` in column `v` is not a number"), "{error}");
         let error = read("a,b\n0\n1,2\n").unwrap_err().to_string();
         assert!(error.contains("line 2: 1 values under 2 heads"), "{error}");
     }

@@ -2,6 +2,7 @@
 
 use super::atomic::write_bytes;
 use crate::error::Result;
+use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,25 +17,25 @@ pub const NUMBERS: &str = "settling_velocity_over_stokes settling_velocity_over_
 /// The result of a run; its JSON keys are stable.
 ///
 /// `None` is `null` in JSON: there was nothing to average, or no particle to refer to.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Summary {
     /// Version of the program.
     pub version: String,
     /// Name of the case.
     pub case: String,
-    /// Whether the run was stopped before its end.
+    /// True if the run was stopped before its end.
     pub interrupted: bool,
     /// Step from which the run was last resumed; speeds and times of stages are since then.
     pub resumed_from: Option<u64>,
-    /// Mean settling velocity relative to the mixture over the Stokes velocity (-).
+    /// Mean settling velocity relative to the mixture over the Stokes velocity (-), over `averaged_over`.
     pub settling_velocity_over_stokes: Option<f64>,
     /// Mean settling velocity over that of one particle after Schiller and Naumann (-).
     pub settling_velocity_over_schiller_naumann: Option<f64>,
-    /// Standard error of `settling_velocity_over_stokes` (-), by [`blocking`](super::statistics).
+    /// Standard error of `settling_velocity_over_stokes` (-), by blocking (Flyvbjerg and Petersen 1989).
     pub standard_error: Option<f64>,
     /// Difference of the means over the second and the first half of the averages, over the mean (-).
     pub drift: Option<f64>,
-    /// `t*` at the end of the transient of the settling velocity, by [`settled`](super::statistics::settled), if there is one.
+    /// `t*` at the end of the transient of the settling velocity, if one was found.
     pub transient_end: Option<f64>,
     /// Mean settling velocity from there to the end over the Stokes velocity (-).
     pub settled_mean: Option<f64>,
@@ -44,14 +45,14 @@ pub struct Summary {
     pub averaged_over: Option<[f64; 2]>,
     /// Number of particles.
     pub particles: usize,
-    /// Solid volume over volume of the box (-).
+    /// Volume of the particles over that of the box (-).
     #[serde(deserialize_with = "or_nan")]
     pub volume_fraction: f64,
     /// Reference velocities and dimensionless numbers.
     pub scales: ReferenceScales,
     /// Number of cells of the fluid; 0 without a fluid.
     pub cells: usize,
-    /// Fluid steps done.
+    /// Steps done.
     pub steps: u64,
     /// Edge of a cell (m).
     pub dx: f64,
@@ -80,11 +81,11 @@ pub struct Summary {
     pub threads: usize,
     /// Hash over all populations and particle states at the end, 16 hexadecimal digits.
     pub state_hash: String,
-    /// Whether there was no fluid.
+    /// True without a fluid.
     pub dry: bool,
     /// Largest Mach number of the fluid at the times of `series.csv` (-).
     pub mach: Option<f64>,
-    /// Mean shear stress on two plates that pass each other over viscosity times shear rate, over the averages (-). None with other
+    /// Mean shear stress on two plates that pass each other over `rho nu` times the shear rate, over the averages (-). None with other
     /// walls.
     pub relative_viscosity: Option<f64>,
     /// Standard error of `relative_viscosity` (-).
@@ -98,9 +99,9 @@ pub struct Summary {
     pub walls: Vec<WallSummary>,
     /// Collision operator, as in the case.
     pub collision: Option<String>,
-    /// How particles and fluid are coupled, as in the case.
+    /// Coupling of particles and fluid, as in the case.
     pub coupling: Option<String>,
-    /// Where the balancing force acts, as in the case.
+    /// Region in which the balancing force acts, as in the case.
     pub force_balance: Option<String>,
     /// The controller of the net flux; none without a fluid and in files of older versions.
     #[serde(default)]
@@ -121,7 +122,7 @@ fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<f64
 }
 
 /// Reference velocities and dimensionless numbers, for the first kind of particle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReferenceScales {
     /// Diameter of the sphere of equal volume (m).
     #[serde(deserialize_with = "or_nan")]
@@ -132,28 +133,28 @@ pub struct ReferenceScales {
     /// Particle density over fluid density (-).
     #[serde(deserialize_with = "or_nan")]
     pub density_ratio: f64,
-    /// Archimedes number (-).
+    /// Archimedes number, `|rho_p / rho - 1| g D^3 / nu^2` (-).
     #[serde(deserialize_with = "or_nan")]
     pub archimedes: f64,
     /// Galileo number, the root of the Archimedes number (-).
     #[serde(deserialize_with = "or_nan")]
     pub galileo: f64,
-    /// Stokes velocity (m/s).
+    /// Stokes velocity, `|rho_p / rho - 1| g D^2 / (18 nu)` (m/s).
     #[serde(deserialize_with = "or_nan")]
     pub stokes_velocity: f64,
-    /// Unit of `t*`, diameter over Stokes velocity (s).
+    /// Unit of `t*`, `D / u_Stokes` (s).
     #[serde(deserialize_with = "or_nan")]
     pub stokes_time: f64,
     /// Terminal velocity of one particle after Schiller and Naumann (m/s).
     #[serde(deserialize_with = "or_nan")]
     pub schiller_naumann_velocity: f64,
-    /// Reynolds number at that velocity (-).
+    /// Reynolds number at `schiller_naumann_velocity`, `u D / nu` (-).
     #[serde(deserialize_with = "or_nan")]
     pub schiller_naumann_reynolds: f64,
 }
 
 /// The controller that removes the mean volume flux, and the accelerations that it has added to the fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NetFluxControl {
     /// Directions x, y, z along which it acts.
     pub directions: [bool; 3],
@@ -164,7 +165,7 @@ pub struct NetFluxControl {
 }
 
 /// A kind of particle.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ShapeSummary {
     /// Name of the shape.
     pub kind: String,
@@ -177,7 +178,7 @@ pub struct ShapeSummary {
 }
 
 /// A wall.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct WallSummary {
     /// Name.
     pub name: String,

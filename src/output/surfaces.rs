@@ -111,7 +111,7 @@ fn each<'a, V: Clone + 'a>(
     (particles.iter()).flat_map(move |p| std::iter::repeat_n(value(p), count(p)))
 }
 
-/// Whether the surface has no edges, as far as the mesh can tell.
+/// Returns true if the surface has no edges, as far as the mesh shows.
 fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
     if shape.as_polyhedron().is_some() {
         return false;

@@ -31,7 +31,7 @@ use std::time::Instant;
 /// Samples taken; figures are medians.
 const SAMPLES: usize = 5;
 
-/// What to measure.
+/// Extent of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct BenchOptions {
     /// Timed steps per sample.

@@ -20,7 +20,7 @@ const SLOW_DISK: f64 = 1e8;
 #[derive(Serialize, Deserialize)]
 struct Shared {
     observer: ObserverState,
-    /// How long the checkpoint before has taken to write (s).
+    /// Time that writing the previous checkpoint took (s).
     write_seconds: Option<f64>,
 }
 
@@ -40,7 +40,7 @@ pub(super) struct Checkpointer<'a> {
     start: Instant,
     /// Start of the run or end of the last checkpoint.
     safe: Instant,
-    /// How long one takes to write (s), once one has been written.
+    /// Time to write one (s), once one has been written.
     write_seconds: Option<f64>,
     /// Bytes of the populations of all ranks.
     bytes: f64,
@@ -71,7 +71,7 @@ impl<'a> Checkpointer<'a> {
         Duration::from_secs_f64(write) + 2 * self.longest_round
     }
 
-    /// Whether the time of the run is over on any rank; called after every step if there is a limit. Collective.
+    /// Returns true if the time of the run is over on any rank; called after every step if there is a limit. Collective.
     pub(super) fn is_late(&mut self, comm: &Comm, options: &RunOptions) -> bool {
         let Some(limit) = options.max_walltime else {
             return false;
@@ -161,7 +161,7 @@ impl<'a> Checkpointer<'a> {
             return Ok(());
         }
         Err(Error::Input(format!(
-            "{}: this version of turbid makes another run of the case: {}; go on with the version that wrote it, or run the case anew",
+            "{}: this version of turbid makes another run of the case: {}; resume it with the version that wrote it, or run the case anew",
             saved.name(),
             other.join(", ")
         )))

@@ -1,4 +1,4 @@
-//! What a program that embeds a simulation calls: how it begins, advances, and what can be read between two steps.
+//! Calls of a program that embeds a simulation: start, advance, and reading between two steps.
 
 use super::observe::own_fields;
 use super::{Fields, Simulation, run};

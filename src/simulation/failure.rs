@@ -51,7 +51,7 @@ pub(super) fn hint(setup: &Setup) -> String {
     }
 }
 
-/// What failed.
+/// Part that failed.
 #[derive(Serialize, Deserialize)]
 enum Kind {
     Divergence,
@@ -141,7 +141,7 @@ mod tests {
         }
     }
 
-    /// What each of three ranks ends with if the engine of the second fails with this.
+    /// Error with which each of three ranks ends if the engine of the second fails with this.
     fn outcomes(error: fn() -> Error) -> Vec<Error> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("case.toml");

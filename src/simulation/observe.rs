@@ -41,7 +41,7 @@ pub(super) struct Observer<'a> {
     writers: Writers<'a>,
     /// Steps at which they have written last.
     done: Vec<Option<u64>>,
-    /// Whether every rank writes its own pieces of files.
+    /// True if every rank writes its own pieces of files.
     pieces: bool,
     is_root: bool,
     /// Warnings so far, those about the case first.

@@ -43,7 +43,7 @@ impl fmt::Debug for dyn Progress {
     }
 }
 
-/// How a run behaves towards its caller.
+/// Options of a run for its caller.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
     /// Told of every step and of warnings.
@@ -199,7 +199,7 @@ pub(super) fn on_ranks<R: Send>(
     Ok(all_good(try_on_threads(decomposition.ranks(), body)?)?.swap_remove(0))
 }
 
-/// The results of all ranks, or the first error that tells a cause.
+/// The results of all ranks, or the first error that names a cause.
 pub(super) fn all_good<R>(mut results: Vec<Result<R>>) -> Result<Vec<R>> {
     let tells = |result: &Result<R>| matches!(result, Err(error) if !matches!(error, Error::OtherRank));
     if let Some(failed) = results.iter().position(tells) {

@@ -94,7 +94,7 @@ impl Session {
     /// Calls `body` on every rank and returns the results by rank. Calls from several threads follow each other.
     ///
     /// # Errors
-    /// The first of `body` that tells a cause; [`Error::Input`] after a panic.
+    /// The first error of `body` that names a cause; [`Error::Input`] after a panic.
     ///
     /// # Panics
     /// If `body` panics on a rank. All ranks have ended then.

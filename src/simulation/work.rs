@@ -50,7 +50,7 @@ struct Body {
     half: Vec3,
     /// Cells it covers.
     covered: f64,
-    /// What these cost beyond fluid (s).
+    /// Cost of these beyond that of fluid (s).
     cost: f64,
 }
 
@@ -198,7 +198,7 @@ impl<'a> Work<'a> {
         counts
     }
 
-    /// Whether a sweep works on a cell: one in a wall, too, if it parts a chunk with fluid.
+    /// Returns true if a sweep works on a cell: also for one in a wall that is in a chunk with fluid.
     fn is_swept(&self, [x, y, z]: [usize; 3]) -> bool {
         let dx = self.setup.domain.dx;
         let in_wall = |x: usize| {

@@ -1,4 +1,4 @@
-//! What a run writes on the way: a [`Writer`] for each kind of file, and the list of all of them ([`of`]).
+//! Files that a run writes on the way: a [`Writer`] for each kind of file, and the list of all of them ([`of`]).
 //!
 //! The [`Observer`](super::observe::Observer) asks every writer after every step whether it is [due](Writer::due), brings together
 //! once what the due ones [need](Writer::needs), and hands it to them:
@@ -40,7 +40,7 @@ pub trait Writer {
     /// Interval (steps); 0 is never.
     fn every(&self) -> u64;
 
-    /// Whether it is due after `step` steps; `last` after the last step of the run. The same on all ranks.
+    /// Returns true if it is due after `step` steps; `last` after the last step of the run. The same on all ranks.
     fn due(&self, step: u64, last: bool) -> bool {
         self.every() > 0 && (last || step.is_multiple_of(self.every()))
     }
@@ -48,7 +48,7 @@ pub trait Writer {
     /// Data that it gets when it is due. The same on all ranks.
     fn needs(&self) -> Vec<Need>;
 
-    /// Whether rank 0 gets this particle in [`RootOutput::selected`].
+    /// Returns true if rank 0 gets this particle in [`RootOutput::selected`].
     fn selects(&self, _: &Particle) -> bool {
         false
     }
@@ -218,13 +218,13 @@ pub fn slice_planes(setup: &Setup) -> Vec<Plane> {
 /// Files of one kind, estimated before a run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FileEstimate {
-    /// What they are.
+    /// Kind of the files.
     pub name: &'static str,
-    /// How many.
+    /// Number of files.
     pub count: u64,
     /// Bytes of each.
     pub bytes: f64,
-    /// What the bytes depend on, to be put behind them.
+    /// Quantity on which the bytes depend, for the text behind them.
     pub remark: &'static str,
 }
 

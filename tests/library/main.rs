@@ -10,7 +10,9 @@ mod falling_sphere;
 #[cfg(feature = "liggghts")]
 mod liggghts;
 mod output;
+mod pages;
 mod random_cases;
+mod reference;
 mod same_body;
 mod schema;
 mod seeds;

@@ -36,10 +36,11 @@ fn document(text: &str) -> Json {
     serde_json::to_value(table).unwrap()
 }
 
-/// Case and study files of `cases` and of the folders in `validation` and `ffi/engines`.
+/// Case and study files of `cases` and of the folders in `validation`, `ffi/engines` and `docs/tutorials`.
 fn shipped() -> Vec<PathBuf> {
     let list = |folder: &Path| fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let folders = ["validation", "ffi/engines"].into_iter().flat_map(|folder| list(&in_tree(folder)));
+    let folders =
+        ["validation", "ffi/engines", "docs/tutorials"].into_iter().flat_map(|folder| list(&in_tree(folder)));
     let folders = folders.filter(|path| path.is_dir());
     let folders: Vec<PathBuf> = folders.chain([in_tree("cases")]).collect();
     let files = folders.iter().flat_map(|folder| list(folder));

@@ -27,3 +27,4 @@ mod resume;
 mod run;
 mod same_bits;
 mod study;
+mod tutorials;

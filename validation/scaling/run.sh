@@ -32,7 +32,7 @@ fi
 # Most seconds that a run may take: one that hangs is a failure, not a wait.
 limit=600
 
-# turbid bench on so many ranks, "threads" or "mpi", to a file. The rest are its arguments.
+# turbid bench on this number of ranks, "threads" or "mpi", to a file. The rest are its arguments.
 bench() {
     file=$1 ranks=$2 kind=$3
     shift 3

@@ -164,7 +164,7 @@ pub struct Moment {
     pub templates: Arc<[Template]>,
 }
 
-/// What a case found.
+/// Results of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
     /// Numbers that have a reference.

@@ -32,7 +32,7 @@ use turbid::error::{Error, Result};
 
 /// Particle-resolved suspension dynamics.
 #[derive(Debug, Parser)]
-#[command(name = "turbid", version, about, arg_required_else_help = true)]
+#[command(name = "turbid", version, about, arg_required_else_help = true, after_help = exit_codes())]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -88,8 +88,8 @@ struct Changes {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// What computes the fluid: cpu, gpu, gpu:1, a device by its number in `turbid doctor`, or gpu:0,1, which ranks take in turn. Results
-    /// do not depend on it.
+    /// Device that computes the fluid: cpu, gpu, gpu:1, a device by its number in `turbid doctor`, or gpu:0,1, which ranks take in turn.
+    /// Results do not depend on it.
     #[arg(long)]
     device: Option<String>,
 }
@@ -146,8 +146,8 @@ struct ResumeArguments {
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,
-    /// What computes the fluid: cpu, gpu, gpu:1, a device by its number in `turbid doctor`, or gpu:0,1, which ranks take in turn. Results
-    /// do not depend on it.
+    /// Device that computes the fluid: cpu, gpu, gpu:1, a device by its number in `turbid doctor`, or gpu:0,1, which ranks take in turn.
+    /// Results do not depend on it.
     #[arg(long)]
     device: Option<String>,
     #[command(flatten)]
@@ -231,6 +231,21 @@ const CHECKS_FAILED: u8 = 3;
 
 /// Exit code of [`Error::Interrupted`]: a signal or the time limit came before the end.
 const STOPPED: u8 = 4;
+
+/// Exit codes and their meanings.
+pub const EXIT_CODES: [(u8, &str); 5] = [
+    (0, "success"),
+    (2, "invalid input, of which nothing was written; or the machine failed: disk full, out of memory"),
+    (CHECKS_FAILED, "the simulation diverged, an external engine or a device failed, or a check failed"),
+    (STOPPED, "a signal or --max-walltime stopped run, resume, study or validate early; it can be resumed"),
+    (130, "a second interrupt ended the program at once; everything since the last checkpoint is lost"),
+];
+
+/// The text on exit codes below the help.
+fn exit_codes() -> String {
+    let line = |(code, meaning): &(u8, &str)| format!("\n  {code:<5}{meaning}");
+    EXIT_CODES.iter().map(line).fold("Exit codes:".to_string(), |text, line| text + &line)
+}
 
 /// Runs the program; arguments are those of the process.
 pub fn main() -> ExitCode {

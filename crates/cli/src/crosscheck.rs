@@ -42,7 +42,7 @@ mod prelude {
 pub struct Case {
     /// Short name, for `--case`.
     pub id: &'static str,
-    /// What it shows, one line.
+    /// Purpose, one line.
     pub title: &'static str,
     /// Runs it in both engines; files of the engine (its log) go to the directory, if there is one.
     pub run: fn(Option<&Path>) -> Result<Findings>,

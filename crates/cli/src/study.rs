@@ -27,6 +27,7 @@ pub(crate) mod state;
 mod table;
 
 use document::Document;
+pub use document::{DEFINITIONS as RESULT_DEFINITIONS, result_columns};
 pub(crate) use execute::{Event, execute};
 use file::StudyFile;
 use plan::Plan;

@@ -47,7 +47,7 @@ mod prelude {
     pub(super) use turbid::simulation::Simulation;
 }
 
-/// How long one is willing to wait.
+/// Levels, by the time that they take.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, clap::ValueEnum)]
 pub enum Level {
     /// The parts that take seconds.
@@ -63,7 +63,7 @@ pub struct Part {
     pub level: Level,
     /// About how long it takes on one core (s).
     pub seconds: f64,
-    /// Whether it uses all cores by itself.
+    /// True if it uses all cores by itself.
     pub wide: bool,
     /// Does it.
     pub run: fn(&SuiteContext) -> Result<Findings>,
@@ -91,9 +91,9 @@ impl Part {
 pub struct Case {
     /// Short name: the folder below `validation/`.
     pub name: &'static str,
-    /// What it asks, one line.
+    /// Question, one line.
     pub question: &'static str,
-    /// Where its references are from: author, year, DOI.
+    /// Sources of its references: author, year, DOI.
     pub source: &'static str,
     /// Its runs; none if it needs LIGGGHTS and this program was built without it.
     pub parts: &'static [Part],
@@ -135,7 +135,7 @@ pub const CASES: &[Case] = &[
     hindered_settling::CASE,
 ];
 
-/// What cases find. Their checks have the name and, unless they say another, the source of the case.
+/// Results of cases. Their checks have the name and, unless they say another, the source of the case.
 impl Findings {
     /// Holds a number against its reference; the tolerance is in the unit of both.
     fn absolute(&mut self, quantity: impl Into<String>, measured: f64, reference: f64, tolerance: f64) {

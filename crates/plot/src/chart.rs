@@ -1,6 +1,6 @@
 //! Charts as in a journal: panels side by side with common axes, measured values with their errors, references as lines.
 //!
-//! Series are told apart by the shapes of their markers and the dashes of their lines as well as by colours, so that a print
+//! Series are distinguished by the shapes of their markers and the dashes of their lines as well as by colours, so that a print
 //! in grey still says which is which. The legend lies above the panels, where no data are. A series of one name looks the same
 //! in every panel.
 

@@ -1,4 +1,4 @@
-//! What crosses the border: plain structs of numbers.
+//! Plain structs of numbers that cross the border.
 
 use turbid::Setup;
 use turbid::math::{Quat, Vec3};

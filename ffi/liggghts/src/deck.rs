@@ -29,7 +29,7 @@ pub(crate) struct Plan {
     pub(super) after: Vec<String>,
     /// Commands that need the particles.
     pub(super) last: Vec<String>,
-    /// What Turbid tells besides.
+    /// Further settings from Turbid.
     pub(super) options: Options,
     /// Number of walls; their fixes are named by [`wall_fix`].
     pub(super) walls: usize,

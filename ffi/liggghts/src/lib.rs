@@ -44,7 +44,7 @@ pub struct LiggghtsParams {
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](turbid_core::dem::DemEngine::advance), at least one.
     pub substeps: u32,
-    /// Whether LIGGGHTS runs in this process instead of a worker.
+    /// True if LIGGGHTS runs in this process instead of a worker.
     pub in_this_process: bool,
     /// Commands of the user, given after all others of the set-up and before the first step. The caller checks them: a
     /// command of LIGGGHTS can read and write any file.

@@ -251,7 +251,7 @@ impl io::Write for Channel {
 /// The log, to be added to: not what a link of its name points to, and nothing else than a file.
 ///
 /// # Errors
-/// Why it cannot be written.
+/// Reason for which it cannot be written.
 pub fn open_log(path: &Path) -> Result<File, String> {
     let failed = |e: io::Error| format!("cannot write {}: {e}", path.display());
     let mut options = OpenOptions::new();

@@ -63,7 +63,7 @@ pub struct ExternalParams {
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](DemEngine::advance), at least one.
     pub substeps: u32,
-    /// Whatever else it is told.
+    /// Further settings.
     pub options: serde_json::Value,
     /// The process in which it runs.
     pub host: Host,

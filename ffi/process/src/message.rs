@@ -186,7 +186,7 @@ pub(crate) fn hello(words: &impl Serialize) -> Vec<u8> {
     [&MAGIC[..], &VERSION.to_le_bytes(), &[0; 4], &words].concat()
 }
 
-/// What an engine says of itself.
+/// Properties that an engine states.
 pub(crate) fn read_hello(payload: &[u8]) -> Outcome<Hello> {
     let fault = |text: String| Err(format!("message `hello`: {text}"));
     let Some((head, words)) = payload.split_first_chunk::<HEAD>() else {

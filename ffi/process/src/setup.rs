@@ -42,7 +42,7 @@ pub struct SetUp {
     pub contact: Option<ContactSection>,
     /// Walls.
     pub walls: Vec<WallSection>,
-    /// Whatever else the engine is told.
+    /// Further settings for the engine.
     #[serde(default)]
     pub options: serde_json::Value,
 }

@@ -22,7 +22,7 @@ create_exception!(
      the path of the key, `what`, the problem in one line, and `remedy`, a suggestion; all three empty otherwise."
 );
 
-/// What `turbid.simulation.PARTICLE` describes.
+/// Record that `turbid.simulation.PARTICLE` describes.
 const _: () = assert!(size_of::<Particle>() == 192);
 
 /// The exception for an error.

@@ -130,7 +130,7 @@ impl Placer<'_> {
         Err(self.document.error(&first.key, &title, "from here", &remedy))
     }
 
-    /// What can be done about particles that overlap: by hand, or by relaxing them.
+    /// Remedies for particles that overlap: by hand, or by relaxing them.
     fn remedy(&self, by_hand: &str, particles: [&Placed; 2]) -> String {
         let limits = particles.map(|placed| self.relax_limit(placed.particle.template as usize));
         match limits.into_iter().flatten().reduce(f64::max) {

@@ -27,7 +27,7 @@ fn strings(options: &[&str]) -> Vec<String> {
     options.iter().map(ToString::to_string).collect()
 }
 
-/// A saved setup with options, as one that goes on has it.
+/// A saved setup with options, as a resumed run has it.
 fn go_on(setup: &Setup, options: &[&str]) -> crate::Result<Setup> {
     from_saved(&setup.provenance.name, &setup.provenance.text, &setup.provenance.files, &strings(options))
 }

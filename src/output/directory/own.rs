@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 /// A file of a run, or the folder of the pieces of one.
 pub(super) struct Own {
-    /// Where it is.
+    /// Path.
     pub(super) path: PathBuf,
     /// The file that it is, or is a piece, an index or the folder of.
     pub(super) of: PathBuf,
     /// The step of that file, if it is numbered.
     pub(super) step: Option<u64>,
-    /// Whether it was being written.
+    /// True if it was being written.
     pub(super) partial: bool,
     folder: bool,
 }
@@ -124,7 +124,7 @@ pub(super) fn frames(directory: &Path, kind: Numbered) -> io::Result<Vec<Own>> {
     Ok(there)
 }
 
-/// What is in a folder: paths, final names, whether they are partial, and what they are.
+/// Contents of a folder: paths, final names, whether they are partial, and their kinds.
 fn entries(folder: &Path) -> io::Result<Vec<(PathBuf, String, bool, FileType)>> {
     let mut all = Vec::new();
     for entry in fs::read_dir(folder)? {

@@ -33,7 +33,7 @@ const MIN_SERIES: usize = 16;
 const MIN_REST: usize = 5;
 /// Deviations that count as none, over the mean.
 const SLIGHT: f64 = 0.002;
-/// How much better the second half must be to refuse the first.
+/// Factor by which the second half must be better to refuse the first.
 const BETTER: f64 = 3.0;
 /// Change over the rest that is not called a drift, over the mean.
 const DRIFT: f64 = 0.01;
@@ -94,7 +94,7 @@ fn marginal_errors(blocks: &[f64]) -> Vec<f64> {
     errors
 }
 
-/// Whether a straight line through the values rises or falls by more than is slight and more than is chance.
+/// Returns true if a straight line through the values rises or falls by more than is slight and more than is chance.
 fn drifts(series: &[f64], mean: f64) -> bool {
     let n = series.len() as f64;
     let middle = 0.5 * (n - 1.0);
@@ -125,7 +125,7 @@ mod tests {
             .collect()
     }
 
-    /// What is found in 100 series, the first values sorted, the means beside them.
+    /// Results of 100 series, the first values sorted, the means beside them.
     fn found(correlation: f64, shape: impl Fn(f64) -> f64) -> Vec<(usize, f64)> {
         let mut found: Vec<(usize, f64)> = (0..100)
             .filter_map(|seed| settled(&noisy(correlation, seed, &shape)))

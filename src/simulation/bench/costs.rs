@@ -1,4 +1,4 @@
-//! What particles cost, from times of steps with and without them.
+//! Costs of particles, from times of steps with and without them.
 
 use super::{RankReport, median};
 use serde::Serialize;
@@ -23,7 +23,7 @@ pub(super) struct Samples {
     pub(super) bandwidth: Vec<f64>,
 }
 
-/// What particles cost beside the fluid; what a case has nothing of is `None`. Nanoseconds are those of one rank.
+/// Costs of particles beside the fluid; `None` for what a case does not have. Nanoseconds are those of one rank.
 #[derive(Clone, Debug, Serialize)]
 pub struct Costs {
     /// Million cell updates per second without particles, median of the samples.
@@ -36,7 +36,7 @@ pub struct Costs {
     pub dem_share: Option<f64>,
     /// Time of a step without particles over the cells.
     pub nanoseconds_per_fluid_cell: Option<f64>,
-    /// What particles add to the stages `map`, `fluid` and `loads`, over the covered cells.
+    /// Time that particles add to the stages `map`, `fluid` and `loads`, over the covered cells.
     pub nanoseconds_per_covered_cell: Option<f64>,
     /// Time of the stage `dem` over the contacts; `None` if these are fewer than the particles, whose motion and search for
     /// neighbours then take most of it.

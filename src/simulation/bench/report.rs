@@ -1,4 +1,4 @@
-//! What a benchmark found, on all ranks.
+//! Results of a benchmark, on all ranks.
 
 use super::{Costs, Network};
 use crate::comm::Tally;
@@ -19,10 +19,10 @@ pub struct BenchReport {
     pub bandwidth_gb_per_s: f64,
     /// Every measurement of the bandwidth.
     pub bandwidth_samples: Vec<f64>,
-    /// What particles cost beside the fluid.
+    /// Costs of particles beside the fluid.
     #[serde(flatten)]
     pub costs: Costs,
-    /// What benchmarks that are compared must have in common: [`bench_conditions`](super::bench_conditions).
+    /// Conditions that benchmarks must have in common to be compared: [`bench_conditions`](super::bench_conditions).
     pub conditions: Json,
     /// Seconds per step by stage on rank 0.
     pub stages: BTreeMap<String, f64>,
@@ -60,7 +60,7 @@ pub struct BenchReport {
     pub grid: [usize; 3],
     /// Kernels of the device on rank 0, the slowest first, from steps in which each was waited for; none on the processor.
     pub kernels: Vec<KernelReport>,
-    /// What each rank has and does.
+    /// Contents and work of each rank.
     pub by_rank: Vec<RankReport>,
 }
 
@@ -75,7 +75,7 @@ pub struct KernelReport {
     pub bytes: f64,
 }
 
-/// What one rank has at the end of a benchmark, and what it does in a step.
+/// Contents of one rank at the end of a benchmark, and its work in a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct RankReport {
     /// Number of the rank.

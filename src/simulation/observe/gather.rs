@@ -1,4 +1,4 @@
-//! What a rank has of a step, and what goes from all ranks to rank 0.
+//! Data that a rank has of a step, and those that go from all ranks to rank 0.
 
 use crate::comm::Comm;
 use crate::dem::{ContactState, Load};
@@ -15,7 +15,7 @@ use crate::units::Units;
 use bytemuck::{Pod, Zeroable};
 
 impl RankOutput {
-    /// What is needed of a step: in `pieces` what belongs to this rank, else all at rank 0 and nothing elsewhere. `touches` are the
+    /// Data that are needed of a step: in `pieces` what belongs to this rank, else all at rank 0 and nothing elsewhere. `touches` are the
     /// contacts that this rank is responsible for. Errors: [`Error::Memory`](crate::Error::Memory), in `pieces` on this rank alone,
     /// else on every rank. Collective.
     pub(super) fn gather(
@@ -141,7 +141,7 @@ pub(in crate::simulation) fn loads(
     Some(particles.iter().map(of).collect())
 }
 
-/// What all ranks have, by rank, on rank 0; nothing elsewhere. Collective.
+/// Data of all ranks, by rank, on rank 0; nothing elsewhere. Collective.
 fn gathered<V: Pod>(simulation: &Simulation, own: Vec<V>) -> Vec<V> {
     let parts = simulation.comm.gather(bytemuck::cast_slice(&own).to_vec());
     drop(own);

@@ -19,7 +19,7 @@ pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
     (speed > 0.0 && speed.is_finite()).then(|| setup.submerged_weight().try_normalize(0.0)).flatten()
 }
 
-/// Whether a settling velocity can become steady: the box has no end in its direction.
+/// Returns true if a settling velocity can become steady: the box has no end in its direction.
 pub(in crate::simulation) fn settles_for_ever(setup: &Setup) -> bool {
     settling_direction(setup)
         .is_some_and(|down| (0..3).all(|axis| setup.domain.periodic[axis] || down[axis] == 0.0))
@@ -125,7 +125,7 @@ fn shear_stress(setup: &Setup, wall: &Wall, force: Vec3) -> Option<Vec3> {
 // Sums of a row: vectors of three, the stress by contacts six.
 const VELOCITY: usize = 0;
 const SPEED: usize = 3;
-/// Momentum less that of the displaced fluid.
+/// Momentum minus that of the displaced fluid.
 const MOMENTUM: usize = 4;
 const TRANSLATION: usize = 7;
 const ROTATION: usize = 8;

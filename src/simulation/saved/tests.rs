@@ -1,4 +1,4 @@
-//! A run that is taken apart and put together again goes on as if nothing had happened.
+//! A run that is taken apart and put together again continues as if nothing had happened.
 
 use super::*;
 use crate::case::{Setup, from_text};

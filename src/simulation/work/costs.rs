@@ -50,7 +50,7 @@ pub(super) const MESSAGE: f64 = 2e-6;
 /// See [`MESSAGE`].
 pub(super) const BYTE: f64 = 0.1e-9;
 
-/// What the cost of a body depends on.
+/// Properties on which the cost of a body depends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Form {
     Sphere,
@@ -73,7 +73,7 @@ impl Form {
         }
     }
 
-    /// What a covered cell costs beyond one of the fluid (s).
+    /// Cost of a covered cell beyond that of one of the fluid (s).
     pub(super) fn covered_cell(self) -> f64 {
         match self {
             Self::Sphere | Self::Ellipsoid => 22e-9,

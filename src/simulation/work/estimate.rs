@@ -1,4 +1,4 @@
-//! How long a step takes: the [forecast](super::Forecast) of the slowest rank, times what `turbid bench --calibrate` has found on
+//! Time of a step: the [forecast](super::Forecast) of the slowest rank, times what `turbid bench --calibrate` has found on
 //! this machine.
 //!
 //! The cuts of the box never depend on the calibration, only on the built-in costs: all ranks must find the same ones.
@@ -26,7 +26,7 @@ pub struct TimeEstimate {
     pub seconds_per_step: f64,
     /// Number of ranks, threads or processes.
     pub ranks: usize,
-    /// Whether it is adapted to this machine.
+    /// True if it is adapted to this machine.
     pub calibrated: bool,
 }
 

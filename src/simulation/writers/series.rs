@@ -66,7 +66,7 @@ impl<'a> Series<'a> {
         }
     }
 
-    /// Whether there are files of the samples.
+    /// True if there are files of the samples.
     fn writes(&self) -> bool {
         self.setup.plan.output.series_every > 0
     }

@@ -132,7 +132,7 @@ fn coinciding_centres_which_liggghts_passes_over_end_the_run() {
     let mut all = three();
     all[1].position = all[0].position;
     let lgg = engine(params(Some(contact(1e7, 0.7, 0.3))), &all).unwrap();
-    // They come out with a state that is no number, or as they went in: too deep in each other.
+    // They come out with a state that is not finite, or as they went in: too deep in each other.
     let error = advanced(lgg, 1, 1e-9).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("deep") || text.contains("not finite"), "{text}");

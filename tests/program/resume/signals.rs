@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::{ChildStderr, Command};
 use std::time::{Duration, Instant};
 
-/// Never comes to its end.
+/// Never finishes.
 const ENDLESS: [&str; 2] = ["--set", "run.end.steps=100000000"];
 
 fn wait_for_rows(place: &Place, count: usize) {

@@ -1,4 +1,4 @@
-//! Claims about checks and what is told of them.
+//! Claims about checks and their texts.
 
 use super::files::looks;
 use super::*;

@@ -69,7 +69,7 @@ fn calibrate(threads: usize) -> Result<()> {
     Ok(())
 }
 
-/// What particles cost; without rows of what the case has not.
+/// Costs of particles; without rows for what the case does not have.
 fn costs(report: &BenchReport) -> Vec<Row> {
     let costs = &report.costs;
     let percent = |part: Option<f64>| part.map(|part| format!("{:.1} %", 100.0 * part));

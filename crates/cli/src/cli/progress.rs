@@ -100,7 +100,7 @@ impl Workload {
     }
 }
 
-/// How fast a run is.
+/// Speed of a run.
 pub(super) struct Pace {
     pub(super) work: Workload,
     interval: Duration,

@@ -127,7 +127,7 @@ fn headline(summary: &Summary, directory: &Path) -> String {
     lines.join("\n")
 }
 
-/// What to say of the transient, where the averages may hold some of it.
+/// Text on the transient, where the averages may contain some of it.
 fn transient(summary: &Summary) -> Option<String> {
     let [from, _] = summary.averaged_over?;
     let Some((end, mean)) = summary.transient_end.zip(summary.settled_mean) else {

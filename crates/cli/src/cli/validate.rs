@@ -20,7 +20,7 @@ pub(super) struct ValidateArguments {
     /// List the cases and end.
     #[arg(long, conflicts_with_all = ["names", "json", "out"])]
     list: bool,
-    /// How much of them; --list says how long each level takes. A case that has no quick part is run if it is named.
+    /// Extent of the cases; --list gives the time of each level. A case without a quick part is run if it is named.
     #[arg(long, value_enum, default_value = "quick")]
     level: Level,
     /// Write all checks as a list of JSON objects with stable keys.

@@ -26,7 +26,7 @@ fn depths() -> impl Iterator<Item = f64> {
     (0..29).map(|i| 10.0_f64.powf(-8.0 + 0.25 * f64::from(i)))
 }
 
-/// What is pressed together.
+/// Pair that is pressed together.
 struct Contact {
     what: &'static str,
     /// Ending of the names of plots.

@@ -220,7 +220,7 @@ pub(super) struct Track {
     pub(super) dt: f64,
     /// Spheres by id.
     pub(super) frames: Vec<Vec<Particle>>,
-    /// Whether the forces of a frame belong to the positions of the frame before.
+    /// True if the forces of a frame belong to the positions of the frame before.
     late: bool,
 }
 

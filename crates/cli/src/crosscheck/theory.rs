@@ -1,4 +1,4 @@
-//! What theory says about impacts and gases: closed forms, or the equations of motion integrated on their own.
+//! Theory of impacts and gases: closed forms, or the equations of motion integrated on their own.
 //!
 //! Two spheres that meet head-on, with reduced mass `m*`, depth `d` and speed of approach `v = d'`:
 //!
@@ -80,7 +80,7 @@ impl Hertz {
     }
 }
 
-/// How an impact is damped, and the coefficient of restitution that is set.
+/// Damping of an impact, and the coefficient of restitution that is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Damping {
     /// The law of LIGGGHTS.

@@ -26,6 +26,27 @@ const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter 
 const OF_A_BENCHMARK: &str = "cells particles contacts_per_particle mlups roofline_fraction bandwidth_gb_per_s memory_bytes \
     threads steps wall_seconds";
 
+/// Definition of every column of `result.csv` that is neither a key of `summary.json` nor one of `turbid bench --json`.
+pub const DEFINITIONS: [(&str, &str); 8] = [
+    ("averaged_from", "Beginning of the interval of the averages (t*)."),
+    ("averaged_to", "Its end (t*)."),
+    (
+        "settled",
+        "1 if the average begins after the transient of the settling velocity, 0 if not; empty if nothing settles.",
+    ),
+    ("contacts_per_particle", "Mean number of contacts over the number of particles (-)."),
+    ("max_overlap", "Mean over the averages of the column of `series.csv` (-)."),
+    ("net_flux_over_stokes", "Mean velocity of the mixture along gravity over the Stokes velocity (-)."),
+    ("memory_bytes", "Memory of the fluid, all ranks (B)."),
+    ("wall_seconds", "Time of all steps (s)."),
+];
+
+/// Columns of `result.csv` after those of the axes, of runs or of benchmarks; those of windows, and of benchmarks the parts of the time,
+/// follow.
+pub fn result_columns(bench: bool) -> impl Iterator<Item = &'static str> {
+    (if bench { OF_A_BENCHMARK } else { OF_A_RUN }).split_whitespace()
+}
+
 /// A study in numbers. Its JSON keys are stable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Document {
@@ -107,8 +128,7 @@ pub(super) fn write_csv(study: &Study) -> Result<()> {
 
 fn columns(study: &Study) -> Vec<String> {
     let is_bench = study.file.bench.is_some();
-    let names = if is_bench { OF_A_BENCHMARK } else { OF_A_RUN };
-    let mut names: Vec<String> = names.split_whitespace().map(String::from).collect();
+    let mut names: Vec<String> = result_columns(is_bench).map(String::from).collect();
     if is_bench {
         let quantities =
             study.states.iter().filter_map(State::record).flat_map(|record| record.quantities.keys());

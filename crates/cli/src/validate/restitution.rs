@@ -13,7 +13,7 @@ pub(super) const CASE: Case = Case {
 };
 
 const TOLERANCE: f64 = 2e-3;
-/// What is set.
+/// Restitution that is set.
 const SET: [f64; 5] = [0.5, 0.7, 0.8, 0.926, 1.0];
 /// Elastic law, damping, and where the latter is from.
 const LAWS: [(&str, &str, &str); 2] = [

@@ -88,12 +88,12 @@ impl Fault {
     }
 }
 
-/// Whether a part of a case fails a check, or does not come to its end.
+/// Returns true if a part of a case fails a check, or does not finish.
 fn fails(case: &Case, part: usize, fault: Option<Fault>) -> bool {
     let context = SuiteContext { fault, ..SuiteContext::new(Vec::new(), 1) };
     match (case.parts[part].run)(&context) {
         Err(error) => {
-            println!("{fault:?}: {} does not come to its end: {error}", case.name);
+            println!("{fault:?}: {} does not finish: {error}", case.name);
             true
         }
         Ok(found) => {

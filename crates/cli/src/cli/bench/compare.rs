@@ -105,7 +105,7 @@ fn ratios(text: &str, conditions: &Json) -> std::result::Result<(f64, f64), Stri
     let ratio = |key: &str| {
         let ratio = json.get(key).and_then(Json::as_f64).filter(|ratio| *ratio > 0.0);
         ratio.ok_or_else(|| {
-            format!("`{key}` is no number above 0; compare a case with a fluid and particles, or {RECORD}")
+            format!("`{key}` is not a number above 0; compare a case with a fluid and particles, or {RECORD}")
         })
     };
     Ok((ratio(SPEED)?, ratio(DEM)?))

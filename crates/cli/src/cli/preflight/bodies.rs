@@ -1,4 +1,4 @@
-//! What there is to see of shapes and walls before a run.
+//! Rows on shapes and walls before a run.
 
 use crate::cli::terminal::{Row, row};
 use turbid::case::Setup;

@@ -17,7 +17,7 @@ pub(super) fn hertz(setup: &Setup, contact: &ContactModel) -> Hertz {
     Hertz::new(template, &contact.materials[template.material])
 }
 
-/// Weight of one particle of the first kind less its buoyancy (N).
+/// Weight of one particle of the first kind minus its buoyancy (N).
 fn submerged_weight(setup: &Setup) -> f64 {
     let template = &setup.templates[0];
     (template.density - setup.fluid_density()).abs() * template.shape.volume() * setup.gravity.norm()
@@ -28,7 +28,7 @@ fn terminal_velocity(setup: &Setup) -> f64 {
     (setup.fluid.as_ref()).map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity)
 }
 
-/// How long contacts last and how deep they are.
+/// Duration and depth of contacts.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let Some(contact) = &setup.contact else {
         return vec![row("contacts", "off", "")];

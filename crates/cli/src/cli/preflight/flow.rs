@@ -28,7 +28,7 @@ fn gap_row(setup: &Setup) -> Option<Row> {
         return Some(row("lubrication below", format!("{:.3e} m", film.range()), remark));
     }
     let remark = format!(
-        "one cell: forces in narrower gaps are too weak without `contact.lubrication` (README, Scope){touch}"
+        "one cell: forces in narrower gaps are too weak without `contact.lubrication` (docs/limits.md){touch}"
     );
     Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), remark))
 }
