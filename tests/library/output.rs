@@ -113,7 +113,7 @@ fn slice(plane: &Plane, cells: [usize; 3], velocity: &[[f32; 3]]) -> Vec<f32> {
 }
 
 /// A scale of speeds.
-fn speeds(top: f64) -> Scale {
+fn speed_scale(top: f64) -> Scale {
     Scale { label: "speed |u|", unit: "m/s", range: (0.0, top), colours: Colours::Viridis }
 }
 
@@ -158,7 +158,7 @@ fn write_run(root: &Path) {
             particles: &particles,
             walls: &[],
         };
-        let (plane, scale) = (Plane::new(&DOMAIN, -Vec3::z(), None), speeds(0.1));
+        let (plane, scale) = (Plane::new(&DOMAIN, -Vec3::z(), None), speed_scale(0.1));
         let values = slice(&plane, DOMAIN.cells, &fields.velocity);
         let slice = Slice { plane, values: &values, scale: &scale };
         write_slice(&directory::PICTURES.named_file(root, "speed", step), &snapshot, &slice).unwrap();
@@ -373,7 +373,7 @@ fn write_tank(root: &Path) {
         particles: &particles,
         walls: &walls,
     };
-    let (plane, scale) = (Plane::new(&TANK, -Vec3::z(), None), speeds(0.03));
+    let (plane, scale) = (Plane::new(&TANK, -Vec3::z(), None), speed_scale(0.03));
     let values = slice(&plane, TANK.cells, &velocity);
     let slice = Slice { plane, values: &values, scale: &scale };
     write_slice(&directory::PICTURES.named_file(root, "speed", 100), &snapshot, &slice).unwrap();

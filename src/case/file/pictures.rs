@@ -26,8 +26,8 @@ pub struct SliceSection {
     pub normal: Option<Axis>,
     /// Coordinate along that axis (m). Default: the middle of the box.
     pub position: Option<f64>,
-    /// Quantity in colour: "speed", `"velocity_x"`, `"velocity_y"`, `"velocity_z"` (m/s), "vorticity" (1/s, along the normal), "pressure" (Pa,
-    /// about its mean). Default "speed".
+    /// Quantity in colour: the speed or a component of the velocity (m/s), the vorticity along the normal (1/s), or the pressure (Pa).
+    /// Default "speed".
     pub quantity: Quantity,
     /// Values at the lower and the upper end of the colours of all pictures, in the unit of the quantity. Default: what is expected of
     /// the run, or else of its first picture.
@@ -66,8 +66,8 @@ pub struct ViewSection {
     /// Width and height (pixels). Default `[1200, 900]`.
     #[schemars(transform = page)]
     pub size: [u32; 2],
-    /// What the colours of the particles mean: "speed", `"velocity_x"`, `"velocity_y"`, `"velocity_z"` (m/s), `"angular_speed"` (1/s),
-    /// `"contact_force"` (N, sum of all contacts), "kind" (section of the case), or "plain". Default "speed"; with a slice or force chains "plain".
+    /// Colour of the particles: by their speed or a component of their velocity (m/s), angular speed (1/s), sum of contact forces
+    /// (N) or kind, or "plain". Default "speed"; with a slice or force chains "plain".
     pub colour: Option<BodyColour>,
     /// Values at the lower and the upper end of these colours in all pictures. Default: as for slices.
     pub range: Option<[f64; 2]>,
