@@ -77,6 +77,11 @@ impl Figure {
         svg::inline(self)
     }
 
+    /// Width and height (pixels).
+    pub fn size(&self) -> (f32, f32) {
+        self.size
+    }
+
     /// Values at the points of its series.
     pub fn readings(&self) -> &Readings {
         &self.readings

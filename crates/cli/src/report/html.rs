@@ -12,6 +12,8 @@ use xxhash_rust::xxh3::xxh3_128;
 
 const STYLE: &str = include_str!("style.css");
 const SCRIPT: &str = include_str!("report.js");
+/// Figures with more pixels across have a line of their own.
+const WIDE: f32 = 1500.0;
 /// Most columns of a table that stands beside another one.
 const NARROW: usize = 3;
 
@@ -140,8 +142,9 @@ fn figure(title: &str, figure: &Figure, note: &str, level: usize) -> String {
     let readings = figure.readings();
     let values = if readings.curves.is_empty() { String::new() } else { data(readings) };
     let title = inline(title);
+    let class = if figure.size().0 > WIDE { " class=\"wide\"" } else { "" };
     format!(
-        "<figure>\n<h{level}>{title}</h{level}>\n<div class=\"plot\">{}</div>\n{note}{values}</figure>",
+        "<figure{class}>\n<h{level}>{title}</h{level}>\n<div class=\"plot\">{}</div>\n{note}{values}</figure>",
         figure.inline()
     )
 }

@@ -19,6 +19,7 @@ function sortable(table) {
   const heads = [...table.tHead.rows[0].cells];
   heads.forEach((head, column) => {
     const button = element("button", { type: "button" }, ...head.childNodes);
+    if (!button.textContent) button.ariaLabel = `column ${column + 1}`;
     head.append(button);
     button.addEventListener("click", () => {
       const descends = head.getAttribute("aria-sort") === "ascending";

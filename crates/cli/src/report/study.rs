@@ -70,9 +70,12 @@ fn runs_table(source: &Source) -> Option<String> {
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&bytes[..]);
     let columns: Vec<String> = reader.headers().ok()?.iter().map(|name| name.replace('_', " ")).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
-    // Names and versions are no numbers; numbers get five digits.
+    // Numbers get five digits, without zeros at their end; names and versions stay.
     let cell = |cell: &str| match cell.parse::<f64>() {
-        Ok(value) if cell.contains('.') => numbers::number(value, 5),
+        Ok(value) if value != 0.0 && value.abs() < 1e-3 => numbers::number(value, 5),
+        Ok(value) if cell.contains('.') => {
+            format!("{value:.4e}").parse().map_or_else(|_| cell.to_string(), |short: f64| short.to_string())
+        }
         _ => cell.to_string(),
     };
     let rows = reader.records().map(|row| row.ok().map(|row| row.iter().map(cell).collect()));

@@ -117,6 +117,19 @@ fn a_study_has_its_checks_figures_and_tables_on_its_page() {
     ] {
         assert!(text.contains(part), "{part}\n{text}");
     }
+    let html = fs::read_to_string(&done.html).unwrap();
+    for part in [
+        "<h1>A study</h1>",
+        "<td>u / u_Stokes</td>",
+        "<strong>FAIL</strong>",
+        "./figures/velocity_phi.svg",
+        "data-filters",
+    ] {
+        assert!(html.contains(part), "{part}\n{html}");
+    }
+    for loads in ["src=\"http", "href=\"http", "url(", "@import", "fetch("] {
+        assert!(!html.contains(loads), "{loads}");
+    }
     let files: Vec<_> = fs::read_dir(out.join(FIGURES)).unwrap().collect();
     assert_eq!(files.len(), 1, "only the format that was asked for");
     let name = format!("{}.csv", place.path().file_name().unwrap().to_str().unwrap());
