@@ -1,4 +1,4 @@
-//! Who may use whom: the table of ARCHITECTURE.md, held against every path that the code names.
+//! Dependencies of modules: the table of ARCHITECTURE.md, compared with every path that the code names.
 
 #[path = "architecture/recipes.rs"]
 mod recipes;
@@ -182,7 +182,7 @@ fn only_the_command_line_writes_to_the_terminal() {
     assert!(wrong.is_empty(), "\n{wrong}");
 }
 
-/// Whether a token is a function of [`INEXACT`]: `x.sin()`, `f64::sin(x)`, or handed over as `f64::sin`.
+/// Returns true if a token is a function of [`INEXACT`]: `x.sin()`, `f64::sin(x)`, or handed over as `f64::sin`.
 fn is_inexact(tokens: &[TokenTree], at: usize) -> bool {
     let TokenTree::Ident(name) = &tokens[at] else {
         return false;

@@ -13,7 +13,7 @@ fn spans(text: &str) -> Vec<String> {
     inside.map(|span| span.split_whitespace().collect::<Vec<_>>().join(" ")).collect()
 }
 
-/// Whether a word is the path of a file, as a text or a command names it.
+/// Returns true if a word is the path of a file, as a text or a command names it.
 fn is_path(word: &str) -> bool {
     let ending = Path::new(word).extension().and_then(|e| e.to_str()).unwrap_or_default();
     let known = ["rs", "md", "toml", "json", "sh", "py", "csv"].contains(&ending);
@@ -21,7 +21,7 @@ fn is_path(word: &str) -> bool {
     word.contains('/') && !word.starts_with("out/") && (known || word.ends_with('/'))
 }
 
-/// Whether there is a file at the path; of `<name>` it is asked for its folder only.
+/// Returns true if there is a file at the path; of `<name>` it is asked for its folder only.
 fn is_there(path: &str) -> bool {
     let kept = path.split_once('<').map_or(path, |(before, _)| before);
     let folder = kept.rsplit_once('/').map_or("", |(folder, _)| folder);

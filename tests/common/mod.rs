@@ -1,4 +1,4 @@
-//! What the tests share: the program, cases, folders to run them in, and readers of what a run leaves.
+//! Common parts of the tests: the program, cases, folders to run them in, and readers of what a run leaves.
 #![allow(dead_code, unused_imports, reason = "each test program uses some of it")]
 
 mod browser;

@@ -104,7 +104,7 @@ impl Place {
     }
 }
 
-/// What is said, standard output first.
+/// Output of a command, standard output first.
 pub(crate) fn words(output: &Output) -> String {
     [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes)).concat()
 }

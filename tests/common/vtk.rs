@@ -7,7 +7,7 @@ use vtkio::model::{Attribute, DataSet, Piece, PolyDataPiece};
 /// The header of a file of fields, and its arrays one after the other: vtkio does not know raw data.
 pub(crate) struct Image {
     file: Vec<u8>,
-    /// Where the arrays begin.
+    /// Offset of the arrays.
     data: usize,
 }
 

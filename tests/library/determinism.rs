@@ -47,7 +47,7 @@ fn setup() -> Setup {
     setup
 }
 
-/// What a run ended with: hash, contacts begun, and particles that changed their rank.
+/// Result of a run: hash, contacts begun, and particles that changed their rank.
 fn outcome(setup: &Setup, cut: &Decomposition, simd: Simd) -> (u64, u64, usize) {
     let mut setup = setup.clone();
     setup.plan.simd = Some(simd);

@@ -1,4 +1,4 @@
-//! What the files of a short run hold: a sphere that falls, in a fluid and without one.
+//! Contents of the files of a short run: a sphere that falls, in a fluid and without one.
 
 use crate::common::column;
 use crate::common::vtk::{point_data, polygons};

@@ -86,7 +86,7 @@ fn plain(path: &Path) -> PathBuf {
     plain
 }
 
-/// What is wrong with a link of a page, if anything.
+/// Fault of a link of a page, if it has one.
 fn wrong(page: &Path, link: &str) -> Option<&'static str> {
     if ["https://", "http://", "mailto:"].iter().any(|scheme| link.starts_with(scheme)) {
         return None;

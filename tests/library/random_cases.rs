@@ -116,7 +116,7 @@ fn cut(setup: &Setup, wanted: usize, random: &mut ChaCha8Rng) -> Decomposition {
     Decomposition::with_cuts(setup.domain, cuts)
 }
 
-/// What a run of some ranks comes to: the hash of its state and the number of contacts begun, or what ended it and when; where
+/// Result of a run on some ranks: the hash of its state and the number of contacts begun, or what ended it and when; where
 /// is told by the first rank that has found it.
 fn outcome(setup: &Setup, cut: &Decomposition) -> String {
     let ends = on_threads(cut.ranks(), |comm| {

@@ -8,7 +8,7 @@ use crate::common::{Place, case, has, well, words};
 use serde_json::Value;
 use std::process::Command;
 
-/// Whether there is a device.
+/// Returns true if there is a device.
 fn has_device() -> bool {
     let found = turbid::device::devices().iter().any(|device| device.refused.is_none());
     assert!(found || std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no OpenCL device");

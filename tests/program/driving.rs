@@ -36,7 +36,7 @@ particles_every = "never"
 picture_every = "never"
 "#;
 
-/// What is said by a command on a case, `case.toml`, that ends with this exit code.
+/// Output of a command on a case, `case.toml`, that ends with this exit code.
 fn said(case: &str, code: i32, arguments: &[&str]) -> String {
     Place::new(case).ends(code, &[&arguments[..1], &["case.toml"], &arguments[1..]].concat())
 }

@@ -21,7 +21,7 @@ fn result(place: &Place) -> (String, Vec<u8>) {
     (place.summary("out")["state_hash"].to_string(), series)
 }
 
-/// What this many threads of one process find.
+/// Result on this number of threads of one process.
 fn on_threads(place: &Place, threads: &str, more: &[&str]) -> (String, Vec<u8>) {
     let run = ["run", "case.toml", "--overwrite", "--quiet", "--threads", threads];
     place.well(&[&run, more].concat());

@@ -75,7 +75,7 @@ pub(crate) fn scenes() -> [(&'static str, String); 4] {
     [("spheres", spheres()), ("cubes", cubes()), ("walls", walls()), ("crossing", crossing())]
 }
 
-/// What a run leaves behind that must be the same: the hash of its state, and the rows of its series and paths.
+/// Results of a run that must be the same: the hash of its state, and the rows of its series and paths.
 fn outcome(place: &Place) -> [Vec<u8>; 3] {
     let summary = place.summary("out");
     assert_eq!(summary["steps"], 300);

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Stdio};
 
-/// What a page has.
+/// Tested parts of a page.
 #[derive(Default)]
 struct Page {
     /// Its shell commands.

@@ -55,7 +55,7 @@ pub fn launched() -> Option<Launched> {
     })
 }
 
-/// What the transports of several ranks have in common, see the methods of [`Comm`].
+/// Common part of the transports of several ranks, see the methods of [`Comm`].
 trait Transport {
     fn rank(&self) -> usize;
     fn size(&self) -> usize;
@@ -174,7 +174,7 @@ impl Comm {
         self.transport().map_or(1, Transport::size)
     }
 
-    /// What this rank has sent since it began. Not collective.
+    /// Messages and bytes that this rank has sent since it began. Not collective.
     pub fn traffic(&self) -> Traffic {
         self.transport().map_or_else(Traffic::default, |transport| transport.counters().traffic())
     }

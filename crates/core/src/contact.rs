@@ -99,7 +99,7 @@ pub struct PairParams {
     pub transition_velocity: f64,
 }
 
-/// How the elastic part of the normal force follows from the overlap.
+/// Law of the elastic part of the normal force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ElasticLaw {
@@ -114,7 +114,7 @@ pub enum ElasticLaw {
     Hertz,
 }
 
-/// How the normal force is damped.
+/// Damping of the normal force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DampingLaw {

@@ -90,7 +90,7 @@ pub struct Coupling {
     swept_means: Vec<Load>,
     /// Scratch of [`map`](Self::map).
     cover: Cover,
-    /// What a device gets of the bodies, if one computes the fluid; the cells they cover are then found only to be looked at.
+    /// Data of the bodies for a device, if one computes the fluid; the cells they cover are then found only for output.
     images: Option<Images>,
     /// The cells of the present bodies are found.
     found: bool,

@@ -33,12 +33,12 @@ pub struct SurfaceMesh {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// How a surface bends, in the mean over it; `A` area, `V` volume, edges of length `L` at which the normal turns by `t`.
+/// Mean curvature of a surface; `A` area, `V` volume, edges of length `L` at which the normal turns by `t`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Curvature {
     /// Mean curvature, `(int H dA + 1/2 sum L t) / A` (1/m).
     pub mean: f64,
-    /// What of it no edge has, `(int H dA + 1/2 sum L t max(0, cos t)) / A` (1/m): small turns count as smooth.
+    /// Part without the edges, `(int H dA + 1/2 sum L t max(0, cos t)) / A` (1/m): small turns count as smooth.
     pub smooth: f64,
     /// Sharpness of the edges relative to a cube, `V^(1/3) sum L w(t) / (2 A)` with `2 w = 1 - cos t + min(4, tan^2(t/2))`. Falls to
     /// 0 for polyhedra that come near to smooth bodies.

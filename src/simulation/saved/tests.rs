@@ -51,7 +51,7 @@ fn advance(simulation: &mut Simulation, steps: u64) {
     }
 }
 
-/// What a rank leaves behind: its block, its populations and the rest.
+/// State that a rank leaves: its block, its populations and the rest.
 struct Left {
     block: Block,
     planes: Vec<Vec<u8>>,

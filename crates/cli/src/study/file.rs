@@ -339,7 +339,7 @@ pub struct CheckSection {
     pub separate: Vec<Located<String>>,
     /// `convergence`: the error must fall from this number of cells on.
     pub monotone_from: Option<f64>,
-    /// `convergence`: number of cells at which the deviation from the extrapolation is held against `tolerance`.
+    /// `convergence`: number of cells at which the deviation from the extrapolation is compared with `tolerance`.
     pub at: Option<f64>,
     /// Source of the reference.
     #[serde(default)]

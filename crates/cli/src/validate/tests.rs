@@ -12,7 +12,7 @@ use turbid::case::Setup;
 use turbid::error::Error;
 use turbid::shape::Sphere;
 
-/// What can be wrong with the physics.
+/// Faults of the physics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fault {
     /// The lattice relaxes with 0.02 more than the time step was made for.
@@ -109,7 +109,7 @@ fn fails(case: &Case, part: usize, fault: Option<Fault>) -> bool {
     }
 }
 
-/// What is wrong, and the part of a case that is to notice.
+/// Faults, each with the part of a case that must detect it.
 const NOTICED: [(Fault, &Case, usize); 10] = [
     (Fault::RelaxationTime, &shear_wave::CASE, 0),
     (Fault::TimeStep, &shear_wave::CASE, 0),

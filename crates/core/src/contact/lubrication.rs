@@ -53,7 +53,7 @@ pub struct Lubrication {
     pub roughness: f64,
     /// Edge of a cell (m).
     pub cell: f64,
-    /// What a lattice of such cells misses.
+    /// Part of the force that a lattice of such cells misses.
     pub unresolved: Unresolved,
 }
 
@@ -73,7 +73,7 @@ pub struct Unresolved {
     pub range: f64,
     /// Decay of the normal part with the gap, between two bodies and at a wall (-).
     pub linear: [f64; 2],
-    /// What strongly curved surfaces add to it (-).
+    /// Addition for strongly curved surfaces (-).
     pub curved: f64,
     /// Its decay with the square of the gap (-).
     pub square: f64,
@@ -120,7 +120,7 @@ pub struct Side {
     pub rates: Rates,
 }
 
-/// How easily a body moves; a wall does not, which is the default.
+/// Mobility of a body; the default is that of a wall, which does not move.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mobility {
     /// Inverse of its mass (1/kg).
@@ -200,7 +200,7 @@ impl Lubrication {
 }
 
 impl Film {
-    /// What the film adds to the rates of the bodies.
+    /// Rates that the film adds to those of the bodies.
     pub fn rates(&self, bodies: [Mobility; 2]) -> [Rates; 2] {
         let [squeezing, sliding, rolling] = self.resistances;
         let c = self.difference;

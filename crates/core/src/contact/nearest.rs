@@ -43,7 +43,7 @@ const MOST_STEPS: usize = 50;
 /// Steps of the normal (-) whose square is rounding.
 const CONVERGED: f64 = 1e-8;
 
-/// Where a plane with this normal touches both.
+/// Points in which a plane with this normal touches both.
 struct Touching {
     normal: Vec3,
     /// Two unit vectors across it.

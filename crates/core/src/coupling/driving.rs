@@ -21,7 +21,7 @@ use crate::math::Vec3;
 use crate::units::Units;
 use serde::{Deserialize, Serialize};
 
-/// Where the force that balances the submerged weight of the particles acts.
+/// Region in which the force acts that balances the submerged weight of the particles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ForceBalance {

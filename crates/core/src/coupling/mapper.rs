@@ -33,7 +33,7 @@ pub(super) struct Image {
     pub(super) body: u32,
     /// Offsets from the reference cell, clipped to the block.
     pub(super) offsets: [RangeInclusive<i64>; 3],
-    /// What to add to an offset to get the cell of the block.
+    /// Difference of the cell of the block and an offset.
     pub(super) base: [i64; 3],
     /// Rows of the block in y.
     pub(super) rows: i64,

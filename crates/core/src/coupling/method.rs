@@ -73,7 +73,7 @@ pub(super) trait CouplingMethod: SolidModel {
         0.0
     }
 
-    /// Whether [`correct_cover`](Self::correct_cover) asks for the cells that were covered in the last sweep.
+    /// Returns true if [`correct_cover`](Self::correct_cover) needs the cells that were covered in the last sweep.
     fn keeps_cover(self) -> bool {
         false
     }

@@ -44,11 +44,11 @@ pub(super) use volume_fraction::face_numbers;
 pub struct Saturated {
     /// Collision of the solid part.
     pub operator: SolidOperator,
-    /// Where the surfaces are taken to be.
+    /// Shift of the surfaces.
     pub shift: SurfaceShift,
 }
 
-/// How far surfaces are moved in for the drag to be right: `plane - curvature <H> - edges E` cells (head of this module).
+/// Distance by which surfaces are moved inwards for the drag to be right: `plane - curvature <H> - edges E` cells (head of this module).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceShift {
     /// Of any surface (cells).
@@ -77,7 +77,7 @@ impl Saturated {
     }
 }
 
-/// What happens in solid cells of the coupling "saturated".
+/// Collision in solid cells of the coupling "saturated".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SolidOperator {

@@ -142,7 +142,7 @@ pub struct Body {
     pub motion: RigidMotion,
     /// Momentum exchange of this step: received now, minus what departed in the step before.
     pub exchange: ExchangeSum,
-    /// What is subtracted in the next step: momentum that left the covered cells, or that inside the body.
+    /// Momentum to subtract in the next step: that which left the covered cells, or that inside the body.
     pub departed: ExchangeSum,
 }
 
@@ -186,7 +186,7 @@ impl Segment {
     }
 }
 
-/// How many cells bodies cover in a block, each counted once for each body that covers it.
+/// Number of cells that bodies cover in a block, each counted once for each body that covers it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CoverCount {
     /// Cells.
@@ -314,7 +314,7 @@ pub struct BlockSolids<'a, M> {
     pub bodies: &'a mut [Body],
     /// Collision of covered cells.
     pub model: M,
-    /// What a device gets in place of the covered cells.
+    /// Data for a device in place of the covered cells.
     pub images: Option<&'a super::Images>,
 }
 
@@ -362,7 +362,7 @@ impl<M: SolidModel> BlockSolids<'_, M> {
     }
 }
 
-/// What a body receives from the cells of a segment, which it does not share, and what is taken off in the next step.
+/// Momentum that a body receives from the cells of a segment that it alone covers, and the momentum to subtract in the next step.
 #[inline(always)]
 fn received<T: Real, V: Registers, M: SolidModel>(
     solids: &SolidRow<T>,

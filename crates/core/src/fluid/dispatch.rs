@@ -12,7 +12,7 @@ use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
 
-/// What kernels compute with: `f32` or `f64`.
+/// Number type of the kernels: `f32` or `f64`.
 pub trait Real: Pod + Send + Sync + PartialOrd + From<f32> + Into<f64> + Lanes<Self> {
     /// 0.
     const ZERO: Self;

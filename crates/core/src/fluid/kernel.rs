@@ -54,7 +54,7 @@ pub(crate) struct RelaxationFactors<T> {
     pub(crate) odd: T,
 }
 
-/// What a collision does to the populations of a register of cells: relaxation, and the push to a velocity `u*`.
+/// Change of the populations of a register of cells by a collision: relaxation, and the push to a velocity `u*`.
 ///
 /// ```text
 /// even part of a pair   (k (f_i + f_-i) / 2) + w_i (B + 4.5 rho (c.Q.c)),   Q = u* u* - k u u,   B = (1 - k) (rho - 1) - 1.5 rho tr Q

@@ -105,7 +105,7 @@ impl Layout {
         }
     }
 
-    /// What to add to the slot of a cell, wrapping, for its [`slots`](Self::slots).
+    /// Offsets to add to the slot of a cell, wrapping, for its [`slots`](Self::slots).
     pub(crate) fn slots_from(&self, phase: AaPhase) -> [usize; Q] {
         // A loop: `array::from_fn` is a call for this many.
         let mut slots = [0; Q];

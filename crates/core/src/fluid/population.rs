@@ -20,7 +20,7 @@ use half::f16;
 
 /// Storage type of populations: [`F16`], `f32` or `f64`.
 pub trait Population: Pod + Send + Sync {
-    /// What kernels compute with.
+    /// Number type of the kernels.
     type Number: Real + PopulationLanes<Self>;
     /// Reading takes a conversion, which is not done twice for the collision of a cell.
     const IS_CONVERTED: bool;
@@ -81,7 +81,7 @@ pub trait PopulationLanes<S: Population>: Lanes<S::Number> {
 pub struct F16(f16);
 
 impl F16 {
-    /// What a population is multiplied by before it is rounded, and after it is read.
+    /// Factor of a population before it is rounded, and its divisor after it is read.
     pub(super) const SCALE: f32 = 32_768.0;
     pub(super) const UNSCALE: f32 = 1.0 / Self::SCALE;
 

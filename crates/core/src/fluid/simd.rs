@@ -44,7 +44,7 @@ pub(crate) trait Choose<T>: Lanes<T> {
     fn min(self, other: Self) -> Self;
     /// `self > other ? then : otherwise` lane by lane.
     fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self;
-    /// Whether `self > other` in some lane.
+    /// Returns true if `self > other` in some lane.
     fn any_greater(self, other: Self) -> bool;
 
     /// The size of the number.

@@ -38,7 +38,7 @@ pub trait SolidModel: Copy {
         x: usize,
     ) -> [R; 3];
 
-    /// What [`collide`](Self::collide) would do to a register of cells.
+    /// Measures the change that [`collide`](Self::collide) would make to a register of cells.
     fn measure<T: Real, R: Lanes<T>>(
         self,
         cells: &Moments<R>,
@@ -54,7 +54,7 @@ pub trait SolidModel: Copy {
 pub struct Measure<R> {
     /// That of solid and fluid.
     pub(crate) mean: [R; 3],
-    /// What the solids receive, over `u - u_s`.
+    /// Momentum that the solids receive, over `u - u_s`.
     pub(crate) received: R,
     /// Part of the deviation from equilibrium that the solids reflect, if they reflect any.
     pub(crate) reflected: Option<R>,

@@ -103,7 +103,7 @@ pub struct PrescribedMotion {
     pub angular_velocity: TimeFunction,
     /// Directions x, y, z in which forces move the centre of mass.
     pub free: [bool; 3],
-    /// Whether torques turn the body.
+    /// True if torques turn the body.
     pub free_rotation: bool,
 }
 

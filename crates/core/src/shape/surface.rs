@@ -5,7 +5,7 @@ use crate::math::Vec3;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-/// What `surface` makes of unit vectors: those of an icosahedron, each triangle split in four `refinement` times.
+/// Images under `surface` of unit vectors: those of an icosahedron, each triangle split in four `refinement` times.
 pub(super) fn icosphere(refinement: u32, surface: impl Fn(Vec3) -> Vec3) -> SurfaceMesh {
     let golden = 0.5 + 0.5 * 5.0_f64.sqrt();
     let signs = [(-1.0, golden), (1.0, golden), (-1.0, -golden), (1.0, -golden)];

@@ -35,7 +35,7 @@ pub(super) fn at_least<R: Choose<f32>>(x: R, least: R) -> R {
     x.size().max(least)
 }
 
-/// What the volume behind a plane needs of its normal.
+/// Properties of the normal of a plane that the volume behind it needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Normal<R> {
     /// `m_1 <= m_2 <= m_3`, and the square of the first.
@@ -67,7 +67,7 @@ impl Normal<f32> {
     }
 }
 
-/// What the volume behind a face with the unit normal `n` needs of it, as a device gets it.
+/// Properties of the unit normal `n` of a face that the volume behind it needs, in the form for a device.
 #[cfg(feature = "gpu")]
 pub(in crate::coupling) fn face_numbers(n: [f32; 3]) -> [f32; 9] {
     let Normal { sizes: [m1, m2, m3], square, half, half_both, both, product, divisor } =

@@ -61,7 +61,7 @@ impl IdOrder {
     }
 }
 
-/// What contacts need of a template.
+/// Properties of a template that contacts need.
 #[derive(Clone, Debug)]
 pub(super) struct TemplateConstants {
     pub(super) shape: GrownShape,
@@ -72,7 +72,7 @@ pub(super) struct TemplateConstants {
     pub(super) radius: f64,
     /// Thickness of the shape (m).
     pub(super) thickness: f64,
-    /// What is prescribed of its motion.
+    /// Prescribed part of its motion.
     pub(super) motion: PrescribedMotion,
 }
 

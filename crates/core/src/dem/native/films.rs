@@ -213,7 +213,7 @@ impl ContactContext {
         if self.substep == 0 { 0.5 * dt } else { dt }
     }
 
-    /// What the film between two particles does, `offset` (m) from the first to the second.
+    /// Action of the film between two particles, `offset` (m) from the first to the second.
     pub(super) fn between(
         &self,
         model: &ContactModel,
@@ -227,7 +227,7 @@ impl ContactContext {
         Some(Acting { action, normal, lever })
     }
 
-    /// What the film between a particle and a wall does, whose surface is the one given at `time` (s).
+    /// Action of the film between a particle and a wall whose surface is the one given at `time` (s).
     pub(super) fn at_wall(
         &self,
         model: &ContactModel,

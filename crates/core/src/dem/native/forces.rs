@@ -38,7 +38,7 @@ struct PairForce {
     torque: [f64; 3],
 }
 
-/// What two bodies do to each other, touching or not. A pair has one entry in a sub-step, of all that acts between them.
+/// Action of two bodies on each other, touching or not. A pair has one entry in a sub-step, of all that acts between them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairEntry {
     /// Ids, the lower one first; a wall stands second.
