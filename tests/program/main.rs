@@ -19,9 +19,11 @@ mod limits;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod pack;
+mod paraview;
 mod pieces;
 mod process;
 mod resume;
 mod run;
 mod same_bits;
+mod slurm;
 mod study;

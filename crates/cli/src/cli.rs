@@ -6,6 +6,7 @@ mod check;
 mod crosscheck;
 mod doctor;
 mod machine;
+mod manual;
 mod pack;
 mod preflight;
 mod progress;
@@ -28,9 +29,18 @@ use turbid::case::{self, Setup};
 use turbid::comm;
 use turbid::error::{Error, Result};
 
+/// What `turbid --help` and the manual page end with.
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    success
+  2    invalid input (nothing was written), or the machine failed: disk full, out of memory
+  3    the simulation left the valid range of the method, an external engine failed, or a check failed
+  4    a signal or --max-walltime stopped it early; `turbid resume` or the same command continues
+  130  a second interrupt ended it at once";
+
 /// Particle-resolved suspension dynamics.
 #[derive(Debug, Parser)]
-#[command(name = "turbid", version, about, arg_required_else_help = true)]
+#[command(name = "turbid", version, arg_required_else_help = true, after_long_help = EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -58,6 +68,17 @@ enum Command {
     Report(report::ReportArguments),
     /// Show the properties of this machine, and settings to change.
     Doctor,
+    /// Print completions for a shell: turbid completions bash > ~/.local/share/bash-completion/completions/turbid.
+    Completions {
+        /// Shell that reads them.
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages turbid.1, turbid-run.1, ...: turbid man ~/.local/share/man/man1.
+    Man {
+        /// Directory for them, made if it is missing.
+        #[arg(value_name = "DIR")]
+        directory: PathBuf,
+    },
     /// LIGGGHTS in a process of its own, for turbid's own use.
     #[cfg(feature = "liggghts")]
     #[command(name = turbid::engine::liggghts::worker::VERB, hide = true)]
@@ -256,6 +277,11 @@ fn carry_out(command: Command) -> u8 {
             say(&doctor::report());
             Ok(true)
         }
+        Command::Completions { shell } => {
+            manual::completions(shell);
+            Ok(true)
+        }
+        Command::Man { directory } => manual::man(&directory).map(|()| true),
         #[cfg(feature = "liggghts")]
         Command::LiggghtsWorker => unreachable!("has its own exit"),
     };
