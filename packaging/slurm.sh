@@ -12,7 +12,7 @@
 #SBATCH --time=12:00:00
 #SBATCH --requeue
 #SBATCH --open-mode=append
-#SBATCH --signal=B:TERM@300
+#SBATCH --signal=B:TERM@120
 set -u
 case=${1:?usage: sbatch slurm.sh CASE.toml [DIR]}
 out=${2:-out/$(basename "$case" .toml)}
@@ -32,7 +32,7 @@ fi
 # Processes of MPI have one thread each.
 [ "${SLURM_NTASKS:-1}" -gt 1 ] || command+=(--threads "${SLURM_CPUS_PER_TASK:-0}")
 if [ -n "${SLURM_JOB_END_TIME:-}" ]; then
-    left=$((SLURM_JOB_END_TIME - $(date +%s) - 120))
+    left=$((SLURM_JOB_END_TIME - $(date +%s) - 300))
     [ "$left" -le 0 ] || command+=(--max-walltime "$left")
 fi
 

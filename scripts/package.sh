@@ -43,7 +43,7 @@ tar --create --gzip --owner=0 --group=0 --sort=name --transform "s,^\.,$name," -
 
 if [ "$deb" ]; then
     tools=$PWD/target/tools
-    if [ "$("$tools/bin/cargo-deb" --version 2>/dev/null)" != $cargo_deb ]; then
+    if [ "$("$tools/bin/cargo-deb" --version 2>/dev/null)" != "cargo-deb $cargo_deb" ]; then
         echo "building cargo-deb $cargo_deb" >&2
         cargo install cargo-deb --version "=$cargo_deb" --locked --quiet --debug --config profile.dev.debug=0 \
             --target-dir "$target/cargo-deb" --root "$tools" --force

@@ -50,24 +50,28 @@ inside 'mkdir /opt/prefix; tar xzf /opt/turbid-*.tar.gz -C /opt/prefix --strip-c
 first_run /opt/prefix/bin/turbid /opt/prefix/share/doc/turbid/examples
 rm -r "$root/opt/prefix"
 
-echo "Debian package:"
-inside 'dpkg -i /opt/turbid_*.deb >/dev/null; turbid --version; ls /usr/share/bash-completion/completions/turbid >/dev/null'
-[ -n "$(ls "$root"/usr/share/man/man1/turbid-run.1*)" ] || echo "  (no manual pages: minbase leaves them out)"
-first_run turbid /usr/share/doc/turbid/examples
-inside 'dpkg --purge turbid >/dev/null'
-left=$(find "$root/usr" "$root/etc" "$root/var" "$root/try" -name '*turbid*')
-[ -z "$left" ] || fail "left after the removal: $left"
-echo "  removed, nothing left"
+if any_file "$packages"/*.deb; then
+    echo "Debian package:"
+    inside 'dpkg -i /opt/turbid_*.deb >/dev/null; turbid --version; ls /usr/share/bash-completion/completions/turbid >/dev/null'
+    [ -n "$(ls "$root"/usr/share/man/man1/turbid-run.1*)" ] || echo "  (no manual pages: minbase leaves them out)"
+    first_run turbid /usr/share/doc/turbid/examples
+    inside 'dpkg --purge turbid >/dev/null'
+    left=$(find "$root/usr" "$root/etc" "$root/var" "$root/try" -name '*turbid*')
+    [ -z "$left" ] || fail "left after the removal: $left"
+    echo "  removed, nothing left"
+fi
 
 # The example of ffi/python/README.md.
 awk '/^```python/ { on = 1; next } /^```/ { on = 0 } on' "$repository/ffi/python/README.md" >"$root/opt/example.py"
-mkdir -p "$root/etc/ssl/certs"
-cp -L /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/"
 inside 'apt-get update -q >/dev/null; DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends \
     python3 python3-venv >/dev/null 2>&1; python3 -m venv /opt/venv'
-echo "wheel:"
-inside '/opt/venv/bin/pip install -q /opt/turbid-*.whl; /opt/venv/bin/turbid --version; /opt/venv/bin/python /opt/example.py'
-first_run /opt/venv/bin/turbid /opt
+mkdir -p "$root/etc/ssl/certs"
+cp -L /etc/ssl/certs/ca-certificates.crt "$root/etc/ssl/certs/"
+if any_file "$packages"/*.whl; then
+    echo "wheel:"
+    inside '/opt/venv/bin/pip install -q /opt/turbid-*.whl; /opt/venv/bin/turbid --version; /opt/venv/bin/python /opt/example.py'
+    first_run /opt/venv/bin/turbid /opt
+fi
 
 if [ "$source" ]; then
     need_cargo

@@ -1,8 +1,8 @@
 //! `open.py`, the script of a run for `ParaView`: where `pvbatch` is, and `xvfb-run` if there is no display. With
 //! `TURBID_NEEDS_PARAVIEW` set it must be (Debian: paraview python3-paraview xvfb xauth).
 
-use crate::common::case::SPHERES;
 use crate::common::Place;
+use crate::common::case::SPHERES;
 use std::collections::HashSet;
 use std::env;
 use std::fs::File;
@@ -13,7 +13,8 @@ use std::process::{Command, Stdio};
 fn picture(place: &Place) -> Option<HashSet<[u8; 3]>> {
     let mut words = vec!["pvbatch", "out/open.py", "--save", "picture.png", "--size", "400x300"];
     if env::var_os("DISPLAY").is_none() {
-        words.splice(..0, ["xvfb-run", "-a"]);
+        // A server that resets itself after the first of two connections may refuse the second.
+        words.splice(..0, ["xvfb-run", "-a", "-s", "-noreset -screen 0 1280x1024x24"]);
     }
     let has = |program: &str| {
         Command::new(program).arg("--help").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
