@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  liggghts.log  process.log
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  liggghts.log
+//!   process.log
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
 //!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
@@ -41,12 +42,13 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory, beside the collections.
-const TOP: [&str; 5] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS];
+const TOP: [&str; 6] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS, SCRIPT];
 const SUMMARY: &str = "summary.json";
 const SERIES: &str = "series.csv";
 const SETTLING: &str = "settling_velocity.png";
 const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
+const SCRIPT: &str = "open.py";
 /// Logs of external engines.
 const LOGS: [&str; 2] = ["liggghts.log", "process.log"];
 /// Cells of the fluid.
@@ -169,6 +171,11 @@ impl OutputFiles {
     /// The walls.
     pub fn walls(&self) -> PathBuf {
         self.directory.join(WALLS)
+    }
+
+    /// The script that opens everything in `ParaView`.
+    pub fn script(&self) -> PathBuf {
+        self.directory.join(SCRIPT)
     }
 
     /// The time series of single particles.

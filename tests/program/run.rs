@@ -108,6 +108,7 @@ impl Run {
             "fields.pvd",
             "force_chains",
             "force_chains.pvd",
+            "open.py",
             "particle_series.csv",
             "particles",
             "particles.pvd",

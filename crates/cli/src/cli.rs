@@ -8,6 +8,7 @@ mod doctor;
 mod film;
 mod live;
 mod machine;
+mod manual;
 mod pack;
 mod preflight;
 mod progress;
@@ -32,7 +33,7 @@ use turbid::error::{Error, Result};
 
 /// Particle-resolved suspension dynamics.
 #[derive(Debug, Parser)]
-#[command(name = "turbid", version, about, arg_required_else_help = true, after_help = exit_codes())]
+#[command(name = "turbid", version, arg_required_else_help = true, after_help = exit_codes())]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -64,6 +65,17 @@ enum Command {
     Watch(live::WatchArguments),
     /// Show the properties of this machine, and settings to change.
     Doctor,
+    /// Print completions for a shell: turbid completions bash > ~/.local/share/bash-completion/completions/turbid.
+    Completions {
+        /// Shell that reads them.
+        shell: clap_complete::Shell,
+    },
+    /// Write the manual pages turbid.1, turbid-run.1, ...: turbid man ~/.local/share/man/man1.
+    Man {
+        /// Directory for them, made if it is missing.
+        #[arg(value_name = "DIR")]
+        directory: PathBuf,
+    },
     /// LIGGGHTS in a process of its own, for turbid's own use.
     #[cfg(feature = "liggghts")]
     #[command(name = turbid::engine::liggghts::worker::VERB, hide = true)]
@@ -285,6 +297,11 @@ fn carry_out(command: Command) -> u8 {
             say(&doctor::report());
             Ok(true)
         }
+        Command::Completions { shell } => {
+            manual::completions(shell);
+            Ok(true)
+        }
+        Command::Man { directory } => manual::man(&directory).map(|()| true),
         #[cfg(feature = "liggghts")]
         Command::LiggghtsWorker => unreachable!("has its own exit"),
     };

@@ -6,8 +6,8 @@ use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::output::directory::{CONTACTS, FIELDS, FORCE_CHAINS, PARTICLES, SURFACES};
 use crate::output::{
-    Collection, Numbered, ParticlePoints, ParticleSurfaces, PolyData, contacts, force_chains, write_fields,
-    write_fields_index, write_walls,
+    Collection, Numbered, ParticlePoints, ParticleSurfaces, PolyData, contacts, force_chains, write_bytes,
+    write_fields, write_fields_index, write_walls,
 };
 use crate::particle::{FEW_TRIANGLES, surface_triangles};
 use serde::Deserialize;
@@ -29,7 +29,7 @@ pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
         let collection = Collection::new(files.collection(&plan.directory));
         writers.push(Box::new(Vtk { setup, files, every, format, collection }));
     }
-    writers.push(Box::new(Walls { setup, written: false }));
+    writers.push(Box::new(Walls { setup, written: [false; 2] }));
     writers
 }
 
@@ -162,11 +162,14 @@ pub(super) fn parsed<T: for<'de> Deserialize<'de>>(name: &str, state: &WriterSta
     })
 }
 
-/// The walls, once, beside the first file of particles.
+/// Opens the files of a run in `ParaView`.
+const SCRIPT: &str = include_str!("open.py");
+
+/// The walls and the script that opens everything, once, beside the first file for VTK.
 struct Walls<'a> {
     setup: &'a Setup,
-    /// On rank 0.
-    written: bool,
+    /// On rank 0: the walls; the script, which each run and each resumed one writes.
+    written: [bool; 2],
 }
 
 impl Writer for Walls<'_> {
@@ -181,7 +184,8 @@ impl Writer for Walls<'_> {
     fn due(&self, step: u64, last: bool) -> bool {
         let plan = &self.setup.plan.output;
         let is_due = |every| every > 0 && (last || step.is_multiple_of(every));
-        is_due(plan.particles_every) || is_due(plan.surfaces_every)
+        let all = [plan.fields_every, plan.particles_every, plan.surfaces_every, plan.contacts_every];
+        all.into_iter().any(is_due)
     }
 
     fn needs(&self) -> Vec<Need> {
@@ -190,19 +194,24 @@ impl Writer for Walls<'_> {
 
     fn complete(&mut self, _: &RootOutput) -> Result<()> {
         let Setup { domain, walls, .. } = self.setup;
-        if !self.written && !walls.is_empty() {
-            write_walls(&files_of(self.setup).walls(), domain, walls)?;
-            self.written = true;
+        let (files, [walls_written, script_written]) = (files_of(self.setup), &mut self.written);
+        if !*walls_written && !walls.is_empty() {
+            write_walls(&files.walls(), domain, walls)?;
+            *walls_written = true;
+        }
+        if !*script_written {
+            write_bytes(&files.script(), SCRIPT.as_bytes())?;
+            *script_written = true;
         }
         Ok(())
     }
 
     fn state(&mut self) -> Result<WriterState> {
-        Ok(self.written.into())
+        Ok(self.written[0].into())
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
-        self.written = parsed("walls", state)?;
+        self.written[0] = parsed("walls", state)?;
         Ok(())
     }
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
 use turbid::error::{Error, Result};
-use turbid::output::Summary;
+use turbid::output::{OutputFiles, Summary};
 use turbid::simulation::{self, RunOptions};
 
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
@@ -120,10 +120,10 @@ fn headline(summary: &Summary, directory: &Path) -> String {
     }
     lines.push(format!("state hash              {}", summary.state_hash));
     lines.push(format!("files                   {}", directory.display()));
-    lines.push("open the .pvd files there in ParaView, e.g.".to_string());
-    let surfaces = directory.join("surfaces.pvd");
-    let shown = if surfaces.exists() { surfaces } else { directory.join("particles.pvd") };
-    lines.push(format!("  paraview {}", shown.display()));
+    let script = OutputFiles::new(directory).script();
+    if script.exists() {
+        lines.push(format!("open in ParaView        paraview --script={}", script.display()));
+    }
     lines.join("\n")
 }
 
