@@ -16,7 +16,9 @@ mod setup;
 mod start;
 
 pub use child::{Program, open_log};
-pub use message::{AppliedLoad, Body, ContactForce, Outcome, State, VERSION, read_messages};
+pub use message::{
+    AppliedLoad, Body, ContactForce, MeasuredContact, MeasuredOverlap, Outcome, State, VERSION, read_messages,
+};
 pub use serve::{Served, serve};
 pub use setup::{
     BoxSection, ContactSection, Hello, SetUp, ShapeSection, SurfaceSection, TemplateSection, WallSection,
@@ -79,6 +81,12 @@ pub enum Host {
 }
 
 impl ExternalParams {
+    /// Of this engine, with nothing to move yet.
+    pub fn new(name: &'static str, label: String, host: Host) -> Self {
+        let (gravity, options) = (Vec3::zeros(), serde_json::Value::Null);
+        Self { name, label, contact: None, walls: Vec::new(), gravity, substeps: 1, options, host }
+    }
+
     /// Walls that particles touch.
     fn touched_walls(&self) -> &[Wall] {
         if self.contact.is_some() { &self.walls } else { &[] }
@@ -334,10 +342,11 @@ impl DemEngine for External {
         if !root.hello.contacts {
             return Vec::new();
         }
-        let most = CONTACTS_EACH * size_of::<ContactForce>() * (self.ids.len() + 1);
+        let most = CONTACTS_EACH * size_of::<MeasuredContact>() * (self.ids.len() + 1);
         let answer = peer.borrow_mut().ask(Kind::ListContacts, &[], most as u64);
         let walls = self.params.touched_walls().len();
-        let contacts = answer.and_then(|bytes| message::read_contacts(&bytes, &self.ids, walls));
+        let read = |bytes: Vec<u8>| message::read_contacts(&bytes, &self.ids, walls, root.hello.overlaps);
+        let contacts = answer.and_then(read);
         let contacts = contacts.unwrap_or_else(|what| {
             self.pending_error.replace(Some(what));
             Vec::new()
