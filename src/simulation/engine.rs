@@ -24,6 +24,8 @@ use std::sync::atomic::AtomicBool;
 pub(super) struct Context {
     /// True if a program that the case names may run.
     pub(super) allowed: bool,
+    /// True if the run is resumed: the engine is then restored before anything else.
+    pub(super) resumes: bool,
     /// File for what it prints.
     pub(super) log: Option<PathBuf>,
     /// Set when the run shall stop.
@@ -50,6 +52,7 @@ pub(super) fn engine(
                 gravity: setup.gravity,
                 substeps: setup.substeps,
                 log: context.log.clone(),
+                resumes: context.resumes,
                 stop: Arc::clone(&context.stop),
                 ..options.params()?
             };
@@ -64,6 +67,7 @@ pub(super) fn engine(
                 walls: setup.walls.clone(),
                 gravity: setup.gravity,
                 substeps: setup.substeps,
+                resumes: context.resumes,
                 ..options.params(context.log.clone(), Arc::clone(&context.stop))
             };
             Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))

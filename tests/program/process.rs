@@ -109,6 +109,8 @@ fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_anot
     let whole = place(48);
     whole.well(&RUN);
     let half = place(24);
+    let program = half.text("spheres.py");
+    half.write("spheres.py", format!("import sys\nprint('started', file=sys.stderr)\n{program}"));
     half.well(&[&RUN[..], &["--set", "output.checkpoint_every={ steps = 24 }"]].concat());
     let resume = ["resume", "out", "--set", "run.end={ steps = 48 }"];
     has(&half.ends(2, &resume), &["--allow-engine"]);
@@ -119,6 +121,23 @@ fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_anot
     crate::common::well(&mut elsewhere);
     let hash = |place: &Place, out: &str| place.summary(out)["state_hash"].clone();
     assert_eq!(hash(&whole, "out"), hash(&half, "elsewhere/out"));
+    let starts = half.text("elsewhere/out/process.log").matches("started").count();
+    assert_eq!(starts, 2, "once by the run and once by the resumed one");
+}
+
+#[test]
+fn a_cross_check_takes_any_program_and_knows_that_the_template_is_half_a_step_ahead() {
+    let place = place(1);
+    let check = ["crosscheck", "--case", "free-flight", "--out", "out"];
+    let said = place.well(&[&check[..], &["--engine", "python"]].concat());
+    has(&said, &["Python template", "12 of 12 checks passed"]);
+    let table = place.text("out/crosscheck.csv");
+    assert!(table.starts_with("case,quantity,native,python,analytic,"), "{table}");
+    has(&table, &["half a step ahead"]);
+    assert!(place.path("out/crosscheck.svg").exists() && place.path("out/logs").is_dir());
+    let said = place.ends(3, &[&check[..], &["--engine-command", "python3", "spheres.py"]].concat());
+    has(&said, &["position (m), constant loads, sub-steps: 1"]);
+    has(&place.ends(2, &[&check[..], &["--engine", "odd"]].concat()), &["lammps", "yade"]);
 }
 
 #[test]

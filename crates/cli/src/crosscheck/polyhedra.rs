@@ -28,10 +28,10 @@ const ROOM: f64 = 5.0 * EDGE;
 const ROW: usize = 10;
 
 const VOLUME: Limit =
-    (1e-6, "relative, worst of all overlaps: rounding of positions, 1e-17 m of a depth of 4e-6 m or more");
-const CENTROID: Limit = (1e-6, "over the size of the smaller body, worst of all overlaps: as the volume");
+    (1e-9, "relative, worst of all overlaps: rounding of positions, 1e-17 m of a depth of 4e-6 m or more");
+const CENTROID: Limit = (1e-9, "over the size of the smaller body, worst of all overlaps: as the volume");
 const CLOSED: Limit =
-    (1e-6, "relative, worst of all overlaps and both engines, to the closed form: as between the engines");
+    (1e-9, "relative, worst of all overlaps and both engines, to the closed form: as between the engines");
 const MOMENTS: Limit =
     (1e-12, "relative, worst of all bodies and axes: rounding of sums over some 50 tetrahedra");
 const REBOUND: Limit =
@@ -148,7 +148,7 @@ impl Meeting {
             overlap(Geometry::Exact, &bodies[0], &bodies[1], self.aside + self.away * distance).is_some()
         };
         let (mut low, mut high) = (0.0, a.reach() + b.reach());
-        while high - low > 1e-9 * EDGE {
+        while high - low > 1e-15 * EDGE {
             let middle = 0.5 * (low + high);
             (low, high) = if overlaps(middle) { (middle, high) } else { (low, middle) };
         }
