@@ -265,6 +265,9 @@ fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes
     let (_, half) = outcome(200, &every);
     half.well(&["resume", "out", "--allow-engine", "--threads", "2", "--set", "run.end={ steps = 400 }"]);
     assert_eq!(hash(&whole), hash(&half), "resumed");
+    let check =
+        ["crosscheck", "--engine", "lammps", "--case", "static-wall", "--case", "head-on", "--out", "checks"];
+    has(&half.well(&check), &["LAMMPS", "34 of 34 checks passed"]);
 }
 
 /// Passes without doing anything where YADE, which takes more than a gigabyte, is not installed.
@@ -289,4 +292,7 @@ fn yade_settles_spheres_and_cubes_as_the_native_engine_does_on_any_number_of_thr
             assert!((a / b - 1.0).abs() < tolerance, "{shape:?}: {a} {b}");
         }
     }
+    let check =
+        ["crosscheck", "--engine", "yade", "--case", "cube-cube", "--case", "inertia", "--out", "out"];
+    has(&Place::empty().well(&check), &["volumes of 280 overlaps, corner on face", "14 of 14 checks passed"]);
 }

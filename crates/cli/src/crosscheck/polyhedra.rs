@@ -286,7 +286,7 @@ fn compare(
         Overlay::new(
             "overlaps",
             format!("Overlaps of polyhedra, native and OTHER: {name}"),
-            ["pair", "relative difference, 16 positions (-)"],
+            ["pair", "largest relative difference on the path (-)"],
             [curve(0), curve(1)],
         )
         .logarithmic([false, true]),
