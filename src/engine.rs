@@ -5,6 +5,9 @@ pub mod commands;
 use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 #[cfg(feature = "liggghts")]
 pub use turbid_liggghts as liggghts;
 pub use turbid_process as process;
@@ -43,6 +46,24 @@ pub struct ProcessOptions {
     pub timeout: f64,
     /// The whole message to a user who has not allowed it.
     pub refusal: String,
+}
+
+impl ProcessOptions {
+    /// Parameters of this program, with nothing to move yet; `log` is the file for what it prints, `stop` is set when the run shall
+    /// stop.
+    pub fn params(&self, log: Option<PathBuf>, stop: Arc<AtomicBool>) -> process::ExternalParams {
+        let program = process::Program {
+            command: self.command.iter().map(Into::into).collect(),
+            folder: Some(self.folder.clone()),
+            variables: &[],
+            timeout: Duration::from_secs_f64(self.timeout),
+            timeout_key: "dem.engine.timeout",
+            log,
+            stop,
+        };
+        let label = format!("the program `{}`", self.command.join(" "));
+        process::ExternalParams::new("process", label, process::Host::Process(program))
+    }
 }
 
 /// Options of LIGGGHTS beyond those of every engine.

@@ -36,7 +36,7 @@ def _answer(engine, kind, payload):
         states = engine.advance(step, substeps, list(struct.iter_unpack("<Q6d", payload[16:])))
         return STATES, b"".join(struct.pack("<Q19d", *state) for state in states)
     if kind == LIST:
-        return CONTACTS, b"".join(struct.pack("<QQ3d", *contact) for contact in engine.contacts())
+        return CONTACTS, b"".join(struct.pack(f"<QQ{len(contact) - 2}d", *contact) for contact in engine.contacts())
     if kind == SAVE:
         return SAVED, engine.save()
     if kind == RESTORE:

@@ -18,9 +18,9 @@ pub fn ids(contact: &ContactState) -> impl Iterator<Item = u64> + use<> {
     [Some(contact.first), second].into_iter().flatten()
 }
 
-/// One point per contact.
+/// One point per contact, in double precision: overlaps are differences of positions.
 pub fn contacts(contacts: &[ContactState]) -> PolyData {
-    let mut data = PolyData::default();
+    let mut data = PolyData::double();
     for contact in contacts {
         let point = data.point(contact.point.into());
         data.vertex(point);

@@ -9,7 +9,7 @@ use crate::domain::Decomposition;
 use crate::engine::EngineChoice;
 #[cfg(feature = "liggghts")]
 use crate::engine::liggghts::{Liggghts, LiggghtsParams};
-use crate::engine::process::{External, ExternalParams, Host, Program};
+use crate::engine::process::{External, ExternalParams};
 #[cfg(feature = "liggghts")]
 use crate::engine::{LiggghtsOptions, LiggghtsProcess};
 #[cfg(feature = "liggghts")]
@@ -18,13 +18,14 @@ use crate::error::Result;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 
 /// Data of the run for an external engine.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Context {
     /// True if a program that the case names may run.
     pub(super) allowed: bool,
+    /// True if the run is resumed: the engine is then restored before anything else.
+    pub(super) resumes: bool,
     /// File for what it prints.
     pub(super) log: Option<PathBuf>,
     /// Set when the run shall stop.
@@ -51,6 +52,7 @@ pub(super) fn engine(
                 gravity: setup.gravity,
                 substeps: setup.substeps,
                 log: context.log.clone(),
+                resumes: context.resumes,
                 stop: Arc::clone(&context.stop),
                 ..options.params()?
             };
@@ -61,22 +63,12 @@ pub(super) fn engine(
         EngineChoice::Liggghts(_) => unreachable!("refused above"),
         EngineChoice::Process(options) => {
             let params = ExternalParams {
-                name: setup.engine.name(),
-                label: format!("the program `{}`", options.command.join(" ")),
                 contact: setup.contact.clone(),
                 walls: setup.walls.clone(),
                 gravity: setup.gravity,
                 substeps: setup.substeps,
-                options: serde_json::Value::Null,
-                host: Host::Process(Program {
-                    command: options.command.iter().map(Into::into).collect(),
-                    folder: Some(options.folder.clone()),
-                    variables: &[],
-                    timeout: Duration::from_secs_f64(options.timeout),
-                    timeout_key: "dem.engine.timeout",
-                    log: context.log.clone(),
-                    stop: Arc::clone(&context.stop),
-                }),
+                resumes: context.resumes,
+                ..options.params(context.log.clone(), Arc::clone(&context.stop))
             };
             Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))
         }

@@ -306,7 +306,8 @@ struct Plan<'a> {
 fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     let &Plan { setup, options, more, decomposition, resumes, start } = plan;
     let log = OutputFiles::new(&setup.plan.output.directory).engine_log(setup.engine.name());
-    let context = Context { allowed: options.allow_engine, log: Some(log), stop: Arc::clone(&options.stop) };
+    let stop = Arc::clone(&options.stop);
+    let context = Context { allowed: options.allow_engine, resumes, log: Some(log), stop };
     let dem = engine(setup, decomposition, &comm, &context)?;
     let mut simulation = Simulation::with_engine(setup, decomposition, comm, dem)?;
     let mut checkpointer = Checkpointer::new(setup, &simulation, start);

@@ -109,6 +109,8 @@ fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_anot
     let whole = place(48);
     whole.well(&RUN);
     let half = place(24);
+    let program = half.text("spheres.py");
+    half.write("spheres.py", format!("import sys\nprint('started', file=sys.stderr)\n{program}"));
     half.well(&[&RUN[..], &["--set", "output.checkpoint_every={ steps = 24 }"]].concat());
     let resume = ["resume", "out", "--set", "run.end={ steps = 48 }"];
     has(&half.ends(2, &resume), &["--allow-engine"]);
@@ -119,6 +121,23 @@ fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_anot
     crate::common::well(&mut elsewhere);
     let hash = |place: &Place, out: &str| place.summary(out)["state_hash"].clone();
     assert_eq!(hash(&whole, "out"), hash(&half, "elsewhere/out"));
+    let starts = half.text("elsewhere/out/process.log").matches("started").count();
+    assert_eq!(starts, 2, "once by the run and once by the resumed one");
+}
+
+#[test]
+fn a_cross_check_takes_any_program_and_knows_that_the_template_is_half_a_step_ahead() {
+    let place = place(1);
+    let check = ["crosscheck", "--case", "free-flight", "--out", "out"];
+    let said = place.well(&[&check[..], &["--engine", "python"]].concat());
+    has(&said, &["Python template", "12 of 12 checks passed"]);
+    let table = place.text("out/crosscheck.csv");
+    assert!(table.starts_with("case,quantity,native,python,analytic,"), "{table}");
+    has(&table, &["half a step ahead"]);
+    assert!(place.path("out/crosscheck.svg").exists() && place.path("out/logs").is_dir());
+    let said = place.ends(3, &[&check[..], &["--engine-command", "python3", "spheres.py"]].concat());
+    has(&said, &["position (m), constant loads, sub-steps: 1"]);
+    has(&place.ends(2, &[&check[..], &["--engine", "odd"]].concat()), &["lammps", "yade"]);
 }
 
 #[test]
@@ -246,6 +265,9 @@ fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes
     let (_, half) = outcome(200, &every);
     half.well(&["resume", "out", "--allow-engine", "--threads", "2", "--set", "run.end={ steps = 400 }"]);
     assert_eq!(hash(&whole), hash(&half), "resumed");
+    let check =
+        ["crosscheck", "--engine", "lammps", "--case", "static-wall", "--case", "head-on", "--out", "checks"];
+    has(&half.well(&check), &["LAMMPS", "34 of 34 checks passed"]);
 }
 
 /// Passes without doing anything where YADE, which takes more than a gigabyte, is not installed.
@@ -270,4 +292,7 @@ fn yade_settles_spheres_and_cubes_as_the_native_engine_does_on_any_number_of_thr
             assert!((a / b - 1.0).abs() < tolerance, "{shape:?}: {a} {b}");
         }
     }
+    let check =
+        ["crosscheck", "--engine", "yade", "--case", "cube-cube", "--case", "inertia", "--out", "out"];
+    has(&Place::empty().well(&check), &["volumes of 280 overlaps, corner on face", "14 of 14 checks passed"]);
 }

@@ -9,7 +9,7 @@
 mod files;
 mod tables;
 
-pub use files::{csv, json, prepare, write_json, write_plots, write_tables};
+pub use files::{csv, json, prepare, write_bars, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value as Json;
@@ -31,11 +31,21 @@ pub fn is_same(known: &Json, wanted: &Json) -> bool {
     }
 }
 
+/// Name of an engine that the native one is compared with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EngineName {
+    /// In files and as the key of its values.
+    pub id: &'static str,
+    /// In tables and plots.
+    pub label: &'static str,
+}
+
 /// One number against its reference.
 ///
 /// Keys of its JSON and heads of its CSV, both stable: `case` (left out where there is none), `quantity`, `measured`,
 /// `reference`, `tolerance`, `pass`, `source`; of one with [`engines`](Self::engines) `case`, `quantity`, `native`,
-/// `liggghts`, `analytic`, `difference`, `tolerance`, `reason`, `pass`. Numbers that are not finite are `null` in JSON.
+/// `liggghts` (or the [id](EngineName::id) of another engine), `analytic`, `difference`, `tolerance`, `reason`, `pass`. Numbers that are
+/// not finite are `null` in JSON.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Check {
     /// Name of the case; may be empty.
@@ -43,10 +53,13 @@ pub struct Check {
     pub case: String,
     /// Name of the quantity, with its unit.
     pub quantity: String,
-    /// Values of the native engine, of LIGGGHTS and of theory, if it compares the engines; `measured` is then the difference
-    /// that counts, absolute or relative as `source` says, and `reference` zero.
+    /// Values of the native engine, of the other engine and of theory, if it compares the engines; `measured` is then the difference
+    /// that counts, absolute or relative as `source` says, and `reference` zero, or the difference that is known.
     #[serde(skip)]
     pub engines: Option<[Option<f64>; 3]>,
+    /// Id of the other engine.
+    #[serde(skip)]
+    pub other: &'static str,
     /// Measured value; NaN if there is none.
     #[serde(deserialize_with = "or_nan")]
     pub measured: f64,
@@ -83,6 +96,7 @@ impl Check {
             case: String::new(),
             quantity: quantity.into(),
             engines: None,
+            other: "",
             measured,
             reference,
             tolerance,
@@ -128,15 +142,15 @@ impl Check {
 
 impl Serialize for Check {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let Self { case, quantity, engines, measured, reference, tolerance, pass, source } = self;
+        let Self { case, quantity, engines, other, measured, reference, tolerance, pass, source } = self;
         let mut row = serializer.serialize_struct("Check", 9)?;
         if !case.is_empty() {
             row.serialize_field("case", case)?;
         }
         row.serialize_field("quantity", quantity)?;
-        if let Some([native, liggghts, analytic]) = engines {
+        if let Some([native, value, analytic]) = engines {
             row.serialize_field("native", native)?;
-            row.serialize_field("liggghts", liggghts)?;
+            row.serialize_field(other, value)?;
             row.serialize_field("analytic", analytic)?;
             row.serialize_field("difference", measured)?;
             row.serialize_field("tolerance", tolerance)?;
@@ -158,7 +172,7 @@ impl Serialize for Check {
 pub struct Moment {
     /// Time (s).
     pub time: f64,
-    /// Native, then LIGGGHTS.
+    /// Native, then the other engine.
     pub particles: [Vec<Particle>; 2],
     /// Of all particles.
     pub templates: Arc<[Template]>,
@@ -194,7 +208,7 @@ pub enum Ending {
     /// By a signal or a time limit.
     Stopped,
     /// This program cannot run it; why.
-    Missing(&'static str),
+    Missing(String),
 }
 
 impl From<Result<Findings>> for Ending {
@@ -218,8 +232,8 @@ pub struct Outcome {
     pub case: String,
     /// Title, one line.
     pub title: String,
-    /// True if it compares the two engines, which decides the columns of its checks.
-    pub engines: bool,
+    /// The engine with which it compares the native one, if it does, which decides the columns of its checks.
+    pub engine: Option<EngineName>,
     /// Duration (s).
     pub seconds: f64,
     /// Results, or the reason for none.
@@ -228,18 +242,34 @@ pub struct Outcome {
 
 impl Outcome {
     /// With this name and title of the case; its checks get the name.
-    pub fn new(case: &str, title: &str, engines: bool, seconds: f64, mut ending: Ending) -> Self {
+    pub fn new(
+        case: &str,
+        title: &str,
+        engine: Option<EngineName>,
+        seconds: f64,
+        mut ending: Ending,
+    ) -> Self {
         if let Ending::Found(found) = &mut ending {
-            found.checks.iter_mut().for_each(|check| check.case = case.to_string());
+            for check in &mut found.checks {
+                (check.case, check.other) = (case.to_string(), engine.unwrap_or_default().id);
+            }
         }
-        Self { case: case.to_string(), title: title.to_string(), engines, seconds, ending }
+        Self { case: case.to_string(), title: title.to_string(), engine, seconds, ending }
     }
 
-    /// Runs a case that compares the engines.
-    pub fn of_engines(case: &str, title: &str, run: impl FnOnce() -> Result<Findings>) -> Self {
+    /// Runs a case that compares the native engine with this one; one that it does not support is missing.
+    pub fn of_engines(
+        case: &str,
+        title: &str,
+        engine: EngineName,
+        run: impl FnOnce() -> Result<Findings>,
+    ) -> Self {
         let start = Instant::now();
-        let ending = run().into();
-        Self::new(case, title, true, start.elapsed().as_secs_f64(), ending)
+        let ending = match run() {
+            Err(Error::Unsupported { what, .. }) => Ending::Missing(format!("no support for {what}")),
+            result => result.into(),
+        };
+        Self::new(case, title, Some(engine), start.elapsed().as_secs_f64(), ending)
     }
 
     /// Its checks; a case that failed has one that fails.
@@ -247,9 +277,9 @@ impl Outcome {
         match &self.ending {
             Ending::Found(found) => found.checks.clone(),
             Ending::Failed(error) => {
-                let engines = self.engines.then_some([None; 3]);
                 let failed = Check::failed("completes", error.to_string());
-                vec![Check { case: self.case.clone(), engines, ..failed }]
+                let (case, engines) = (self.case.clone(), self.engine.map(|_| [None; 3]));
+                vec![Check { case, engines, other: self.engine.unwrap_or_default().id, ..failed }]
             }
             Ending::Stopped | Ending::Missing(_) => Vec::new(),
         }

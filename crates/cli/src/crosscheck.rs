@@ -1,5 +1,6 @@
-//! The native engine against LIGGGHTS, case by case, with an analytic value where there is one.
+//! The native engine against another one, case by case, with an analytic value where there is one.
 
+mod against;
 mod compare;
 pub mod files;
 mod free_flight;
@@ -9,6 +10,7 @@ mod oblique;
 pub mod own_case;
 mod pair;
 mod periodic;
+mod polyhedra;
 mod record;
 mod replay;
 mod settling;
@@ -16,17 +18,18 @@ mod statics;
 mod system;
 mod theory;
 
-use crate::checks::Findings;
-use std::path::Path;
+pub use against::Against;
+
+use crate::checks::{Ending, Findings, Outcome};
 use turbid::error::Result;
 
 /// Names that most cases use.
 mod prelude {
+    pub(super) use super::against::Against;
     pub(super) use super::compare::{Between, Limit, Points, moments, overlay, worst};
     pub(super) use super::system::{GLASS, RADIUS, Random, SAME, System, Track, model, plane, sphere};
     pub(super) use super::theory::Hertz;
     pub(super) use crate::checks::Findings;
-    pub(super) use std::path::Path;
     pub(super) use turbid::case::Setup;
     pub(super) use turbid::contact::Material;
     pub(super) use turbid::dem::DemEngine;
@@ -44,13 +47,23 @@ pub struct Case {
     pub id: &'static str,
     /// Purpose, one line.
     pub title: &'static str,
-    /// Runs it in both engines; files of the engine (its log) go to the directory, if there is one.
-    pub run: fn(Option<&Path>) -> Result<Findings>,
+    run: fn(&Against) -> Result<Findings>,
 }
 
 impl Case {
-    const fn new(id: &'static str, title: &'static str, run: fn(Option<&Path>) -> Result<Findings>) -> Self {
+    const fn new(id: &'static str, title: &'static str, run: fn(&Against) -> Result<Findings>) -> Self {
         Self { id, title, run }
+    }
+
+    /// Runs it in both engines.
+    pub fn outcome(&self, against: &Against) -> Outcome {
+        if let Some(reason) = against.lacks(self.id) {
+            let missing = Ending::Missing(reason.to_string());
+            return Outcome::new(self.id, self.title, Some(against.name), 0.0, missing);
+        }
+        Outcome::of_engines(self.id, self.title, against.name, || {
+            Ok(against.judge(self.id, (self.run)(against)?))
+        })
     }
 }
 
@@ -111,6 +124,11 @@ pub const CASES: &[Case] = &[
         settling::settling,
     ),
     Case::new("replay", "recorded loads of four-way runs, replayed through both engines", replay::replay),
+    Case::new("cube-plane", "overlaps of 20 cubes with a plane: face, edge, corner", polyhedra::cube_plane),
+    Case::new("cube-cube", "overlaps of 100 pairs of cubes: faces, edges, corners", polyhedra::cube_cube),
+    Case::new("polyhedra", "overlaps of 100 pairs of irregular polyhedra", polyhedra::irregular_pairs),
+    Case::new("inertia", "principal moments of a cube and ten polyhedra", polyhedra::moments_of_inertia),
+    Case::new("rebound", "energy of cubes after impacts on others", polyhedra::rebound),
 ];
 
 /// The suite, one line for each case.

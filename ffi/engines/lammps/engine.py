@@ -34,7 +34,7 @@ def tsuji(restitution):
     damping = lambda e: sum(c * e ** n for n, c in enumerate((1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)))
     if wanted > damping(0):
         raise protocol.Refusal(f"a coefficient of restitution of {restitution} is too small: LAMMPS has those from 0.12")
-    low, high = 0.0, 1.0
+    low, high = 0.0, 1.001  # The polynomial vanishes at 1.00065.
     for _ in range(60):
         middle = (low + high) / 2
         low, high = (middle, high) if damping(middle) > wanted else (low, middle)

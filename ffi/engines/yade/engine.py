@@ -27,7 +27,7 @@ def polyhedron(template, material, unit):
 
 class Yade:
     hello = {"name": "YADE 2023.02a", "shapes": ["sphere", "polyhedron"], "walls": ["plane"],
-             "orientations": True, "contacts": True}
+             "orientations": True, "contacts": True, "overlaps": True}
 
     def set_up(self, case, bodies):
         box, contact = case["box"], case["contact"]
@@ -171,15 +171,13 @@ class Yade:
             force = (contact.phys.normalForce + contact.phys.shearForce) / self.unit
             if force.norm() == 0:
                 continue
+            overlap = (0, 0, 0, 0)
+            if not self.spheres:
+                overlap = contact.geom.penetrationVolume / self.unit ** 3, *(contact.geom.contactPoint / self.unit)
             # On the second body.
-            a, b = contact.id1, contact.id2
-            if a in self.walls:
-                found.append((self.ids[self.index[b]], protocol.WALL - self.walls[a], *force))
-            elif b in self.walls:
-                found.append((self.ids[self.index[a]], protocol.WALL - self.walls[b], *-force))
-            else:
-                first, second = self.ids[self.index[a]], self.ids[self.index[b]]
-                found.append((first, second, *-force) if first < second else (second, first, *force))
+            first, second = (self.ids[self.index[k]] if k in self.index else protocol.WALL - self.walls[k]
+                             for k in (contact.id1, contact.id2))
+            found.append((first, second, *-force, *overlap) if first < second else (second, first, *force, *overlap))
         return found
 
 

@@ -54,6 +54,8 @@ pub struct LiggghtsParams {
     pub timeout: Option<f64>,
     /// File to which LIGGGHTS's log of the set-up, and all that a worker prints, is appended.
     pub log: Option<PathBuf>,
+    /// True if LIGGGHTS is set up when the engine is restored.
+    pub resumes: bool,
     /// The turbid program, to be started as the worker; without, the program that runs now.
     pub program: Option<PathBuf>,
     /// Set when the run is told to stop: then a worker that does not answer is not waited for much longer.
@@ -88,6 +90,7 @@ impl From<LiggghtsParams> for ExternalParams {
                 "log_file": params.log.map(|log| log.to_string_lossy().into_owned()),
             }),
             host,
+            resumes: params.resumes,
         }
     }
 }

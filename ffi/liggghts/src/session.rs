@@ -94,6 +94,7 @@ impl Served for Engine {
             walls: ["plane", "pipe", "rod"].map(String::from).to_vec(),
             orientations: false,
             contacts: true,
+            overlaps: false,
             saves: true,
         }
     }

@@ -1,7 +1,7 @@
 //! Contacts, from the geometry of the bodies and the forces of the engine.
 
 use super::{External, Root};
-use crate::message::ContactForce;
+use crate::message::MeasuredContact;
 use turbid_core::contact::{Body, Geometry, overlap, overlap_wall};
 use turbid_core::dem::native::failures::position_text;
 use turbid_core::dem::{ContactState, ContactSummary};
@@ -83,8 +83,10 @@ impl External {
         outcome
     }
 
-    /// A contact with its geometry at the present positions; nothing for bodies that have parted.
-    pub(super) fn contact_state(&self, root: &Root, contact: &ContactForce) -> Option<ContactState> {
+    /// A contact with its geometry at the present positions, or the overlap that the engine has measured; nothing for bodies that have
+    /// parted.
+    pub(super) fn contact_state(&self, root: &Root, measured: &MeasuredContact) -> Option<ContactState> {
+        let contact = &measured.contact;
         let domain = self.near.decomposition().domain;
         let first = &root.particles[self.index(contact.first)];
         let position = first.position();
@@ -96,14 +98,18 @@ impl External {
             let offset = domain.nearest_image(second.position() - position);
             overlap(Geometry::Exact, &self.body(first), &self.body(second), offset)?
         };
+        let (point, volume) = match measured.overlap {
+            own if own.volume > 0.0 => (own.centroid.into(), own.volume),
+            _ => (position + overlap.point, overlap.volume),
+        };
         Some(ContactState {
             first: contact.first,
             second: contact.second,
-            point: domain.wrap(position + overlap.point).into(),
+            point: domain.wrap(point).into(),
             normal: overlap.normal.into(),
             force: contact.force,
             depth: overlap.depth,
-            volume: overlap.volume,
+            volume,
         })
     }
 

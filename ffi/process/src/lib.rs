@@ -16,7 +16,9 @@ mod setup;
 mod start;
 
 pub use child::{Program, open_log};
-pub use message::{AppliedLoad, Body, ContactForce, Outcome, State, VERSION, read_messages};
+pub use message::{
+    AppliedLoad, Body, ContactForce, MeasuredContact, MeasuredOverlap, Outcome, State, VERSION, read_messages,
+};
 pub use serve::{Served, serve};
 pub use setup::{
     BoxSection, ContactSection, Hello, SetUp, ShapeSection, SurfaceSection, TemplateSection, WallSection,
@@ -67,6 +69,8 @@ pub struct ExternalParams {
     pub options: serde_json::Value,
     /// The process in which it runs.
     pub host: Host,
+    /// True if the engine is set up by [`restore`](DemEngine::restore), and until then only greeted.
+    pub resumes: bool,
 }
 
 /// The process in which an engine runs.
@@ -79,6 +83,22 @@ pub enum Host {
 }
 
 impl ExternalParams {
+    /// Of this engine, with nothing to move yet.
+    pub fn new(name: &'static str, label: String, host: Host) -> Self {
+        let (gravity, options) = (Vec3::zeros(), serde_json::Value::Null);
+        Self {
+            name,
+            label,
+            contact: None,
+            walls: Vec::new(),
+            gravity,
+            substeps: 1,
+            options,
+            host,
+            resumes: false,
+        }
+    }
+
     /// Walls that particles touch.
     fn touched_walls(&self) -> &[Wall] {
         if self.contact.is_some() { &self.walls } else { &[] }
@@ -134,6 +154,8 @@ pub struct External {
     orientations: bool,
     /// Without particles there is none.
     root: Option<Root>,
+    /// An engine that has been greeted but not set up.
+    greeted: Option<(Peer, Hello)>,
     /// Calls of [`advance`](DemEngine::advance) since the start.
     step: u64,
     /// True if the engine has failed: then nothing moves any more.
@@ -175,11 +197,13 @@ impl External {
             ids: Vec::new(),
             orientations: false,
             root: None,
+            greeted: None,
             step: 0,
             failed: false,
             pending_error: RefCell::default(),
         };
-        engine.begin(comm, all, &[])?;
+        let resumes = engine.params.resumes;
+        engine.begin(comm, all, (!resumes).then_some(&[][..]))?;
         Ok(engine)
     }
 
@@ -334,10 +358,11 @@ impl DemEngine for External {
         if !root.hello.contacts {
             return Vec::new();
         }
-        let most = CONTACTS_EACH * size_of::<ContactForce>() * (self.ids.len() + 1);
+        let most = CONTACTS_EACH * size_of::<MeasuredContact>() * (self.ids.len() + 1);
         let answer = peer.borrow_mut().ask(Kind::ListContacts, &[], most as u64);
         let walls = self.params.touched_walls().len();
-        let contacts = answer.and_then(|bytes| message::read_contacts(&bytes, &self.ids, walls));
+        let read = |bytes: Vec<u8>| message::read_contacts(&bytes, &self.ids, walls, root.hello.overlaps);
+        let contacts = answer.and_then(read);
         let contacts = contacts.unwrap_or_else(|what| {
             self.pending_error.replace(Some(what));
             Vec::new()
@@ -382,7 +407,7 @@ impl DemEngine for External {
         let saved = Saved::load(self.params.name, parts, current, comm)?;
         // The contacts there already are not the first of theirs.
         let begun: u64 = parts.iter().filter_map(|part| Saved::begun(part)).sum();
-        self.begin(comm, &saved.particles, &saved.own)?;
+        self.begin(comm, &saved.particles, Some(&saved.own))?;
         self.step = saved.substep;
         self.population.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
         let now: Vec<Particle> = self.root.iter().flat_map(|root| root.particles.clone()).collect();

@@ -141,6 +141,26 @@ pub struct ContactForce {
     pub force: [f64; 3],
 }
 
+/// An overlap that the engine has measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct MeasuredOverlap {
+    /// Volume (m^3); 0 if the engine has not measured this one.
+    pub volume: f64,
+    /// Centroid (m).
+    pub centroid: [f64; 3],
+}
+
+/// A contact with its overlap, as engines send it that measure overlaps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct MeasuredContact {
+    /// The contact.
+    pub contact: ContactForce,
+    /// Its overlap.
+    pub overlap: MeasuredOverlap,
+}
+
 /// Writes a message at once, so that the other end wakes up once.
 pub(crate) fn write(to: &mut impl Write, kind: Kind, payload: &[u8]) -> io::Result<()> {
     let head = [(kind as u32).to_le_bytes(), [0; 4]].concat();
@@ -288,13 +308,23 @@ pub(crate) fn read_states(payload: &[u8], ids: &[u64], orientations: bool) -> Ou
     Ok(states.into_iter().flatten().collect())
 }
 
-/// The contacts of particles with these ids, ascending, and this number of walls.
-pub(crate) fn read_contacts(payload: &[u8], ids: &[u64], walls: usize) -> Outcome<Vec<ContactForce>> {
-    let contacts: Vec<ContactForce> = records(payload, Kind::Contacts)?;
+/// The contacts of particles with these ids, ascending, and this number of walls; with or without `overlaps`.
+pub(crate) fn read_contacts(
+    payload: &[u8],
+    ids: &[u64],
+    walls: usize,
+    overlaps: bool,
+) -> Outcome<Vec<MeasuredContact>> {
+    let contacts: Vec<MeasuredContact> = if overlaps {
+        records(payload, Kind::Contacts)?
+    } else {
+        let bare = |contact| MeasuredContact { contact, overlap: MeasuredOverlap::default() };
+        records(payload, Kind::Contacts)?.into_iter().map(bare).collect()
+    };
     let mut pairs = HashSet::new();
     let known = |id: u64| ids.binary_search(&id).is_ok();
     for (n, contact) in contacts.iter().enumerate() {
-        let &ContactForce { first, second, force } = contact;
+        let &MeasuredContact { contact: ContactForce { first, second, force }, overlap } = contact;
         let fault = |text: String| Err(format!("message `contacts`: {text}"));
         if !known(first) {
             return fault(format!("field `first` of record {n}: there is no particle {first}"));
@@ -308,6 +338,12 @@ pub(crate) fn read_contacts(payload: &[u8], ids: &[u64], walls: usize) -> Outcom
         }
         if force.iter().any(|value| !value.is_finite()) {
             return fault(format!("field `force` of record {n}: {force:?} is not finite"));
+        }
+        if !(overlap.volume >= 0.0 && overlap.volume.is_finite()) {
+            return fault(format!("field `volume` of record {n}: {} is no volume", overlap.volume));
+        }
+        if overlap.centroid.iter().any(|value| !value.is_finite()) {
+            return fault(format!("field `centroid` of record {n}: {:?} is not finite", overlap.centroid));
         }
         if !pairs.insert((first, second)) {
             return fault(format!("record {n}: the contact of {first} with {second} for the second time"));
@@ -330,7 +366,9 @@ pub fn read_messages(mut bytes: &[u8]) -> bool {
             Kind::SetUp => read_set_up(&payload).is_ok(),
             Kind::Advance => read_advance(&payload).is_ok(),
             Kind::States => read_states(&payload, &ids, true).is_ok(),
-            Kind::Contacts => read_contacts(&payload, &[0, 1, 2], 2).is_ok(),
+            Kind::Contacts => {
+                [false, true].iter().any(|&overlaps| read_contacts(&payload, &[0, 1, 2], 2, overlaps).is_ok())
+            }
             _ => true,
         };
         if !sound {

@@ -23,6 +23,9 @@ pub struct Hello {
     /// True if it lists contacts.
     #[serde(default)]
     pub contacts: bool,
+    /// True if the contacts that it lists have the overlaps that it has measured.
+    #[serde(default)]
+    pub overlaps: bool,
     /// True if it saves its state.
     #[serde(default)]
     pub saves: bool,

@@ -15,8 +15,9 @@ use turbid_core::error::{Error, Result};
 use turbid_core::particle::Particle;
 
 impl External {
-    /// Starts with these particles, or resumes with them from what the engine saved, if it did. Collective.
-    pub(super) fn begin(&mut self, comm: &Comm, all: &[Particle], saved: &[u8]) -> Result<()> {
+    /// Starts with these particles, or resumes with them from what the engine saved, if it did; without `saved`, only greets the
+    /// engine. Collective.
+    pub(super) fn begin(&mut self, comm: &Comm, all: &[Particle], saved: Option<&[u8]>) -> Result<()> {
         let mut all = all.to_vec();
         all.sort_unstable_by_key(|particle| particle.id);
         self.ids = all.iter().map(|particle| particle.id).collect();
@@ -26,7 +27,13 @@ impl External {
             particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
         }
         self.population.replace(&self.near, all.iter().map(|particle| (*particle, Load::default())));
-        let outcome = if self.rank == 0 { self.launch(all, saved) } else { Ok(()) };
+        let outcome = match saved {
+            Some(saved) if self.rank == 0 => self.launch(all, saved),
+            None if self.rank == 0 && !all.is_empty() => {
+                self.greet().map(|greeted| self.greeted = Some(greeted))
+            }
+            _ => Ok(()),
+        };
         // The others learn whether it has worked.
         self.failed = comm.any(outcome.is_err());
         self.orientations = comm.any(self.root.as_ref().is_some_and(|root| root.hello.orientations));
@@ -36,7 +43,19 @@ impl External {
         }
     }
 
-    /// Starts the engine with these particles; on rank 0.
+    /// Starts the engine, which must have what the case needs; on rank 0.
+    fn greet(&self) -> Result<(Peer, Hello)> {
+        let mut peer = match &self.params.host {
+            Host::Process(program) => Peer::Process(Worker::start(program).map_err(|e| self.refused(e))?),
+            Host::Here(start) => Peer::Here(start()),
+        };
+        let words = serde_json::json!({ "name": concat!("turbid ", env!("CARGO_PKG_VERSION")) });
+        let hello = peer.ask(Kind::Hello, &message::hello(&words), u64::MAX);
+        let hello = hello.and_then(|bytes| message::read_hello(&bytes)).map_err(|e| self.refused(e))?;
+        self.set_up(&hello).map(|_| (peer, hello))
+    }
+
+    /// Sets the engine up with these particles; on rank 0.
     fn launch(&mut self, mut all: Vec<Particle>, saved: &[u8]) -> Result<()> {
         // An engine that there can be one of must be gone before there is another.
         self.root = None;
@@ -50,13 +69,7 @@ impl External {
         for particle in &mut all {
             particle.position = domain.wrap(particle.position()).into();
         }
-        let mut peer = match &self.params.host {
-            Host::Process(program) => Peer::Process(Worker::start(program).map_err(|e| self.refused(e))?),
-            Host::Here(start) => Peer::Here(start()),
-        };
-        let words = serde_json::json!({ "name": concat!("turbid ", env!("CARGO_PKG_VERSION")) });
-        let hello = peer.ask(Kind::Hello, &message::hello(&words), u64::MAX);
-        let hello = hello.and_then(|bytes| message::read_hello(&bytes)).map_err(|e| self.refused(e))?;
+        let (mut peer, hello) = self.greeted.take().map_or_else(|| self.greet(), Ok)?;
         let set_up = self.set_up(&hello)?;
         let body = |particle: &Particle| Body {
             id: particle.id,

@@ -4,8 +4,10 @@ use super::{Check, Ending, Outcome, all, markdown};
 use std::fs;
 use std::path::Path;
 use turbid::error::{Error, Result};
+use turbid::output::numbers::significant;
+use turbid::output::picture::{Format, write_figure};
 use turbid::output::{Overlay, write_bytes};
-use turbid_plot::Style;
+use turbid_plot::{Bars, Style};
 
 /// Creates the output directory; an error with a remedy if that is not possible.
 pub fn prepare(directory: &Path) -> Result<()> {
@@ -44,7 +46,7 @@ pub fn write_tables(directory: &Path, name: &str, outcomes: &[Outcome]) -> Resul
     let checks = all(outcomes);
     write_json(&file("json"), outcomes)?;
     write_bytes(&file("csv"), &csv(&checks))?;
-    if outcomes.iter().any(|outcome| outcome.engines) {
+    if outcomes.iter().any(|outcome| outcome.engine.is_some()) {
         return Ok(());
     }
     write_bytes(&file("md"), markdown(&checks).as_bytes())
@@ -55,22 +57,46 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
     let Ending::Found(found) = &outcome.ending else {
         return Ok(());
     };
+    let other = outcome.engine.map_or("LIGGGHTS", |engine| engine.label);
     for overlay in &found.overlays {
-        overlay.write(directory, &outcome.case, looks(overlay))?;
+        overlay.write(directory, &outcome.case, looks(overlay, other))?;
     }
     Ok(())
 }
 
+/// Writes `NAME.png` and `NAME.svg`, with a bar for each case: the largest part of a tolerance that one of its checks uses.
+pub fn write_bars(directory: &Path, name: &str, outcomes: &[Outcome]) -> Result<()> {
+    let row = |outcome: &Outcome| {
+        let checks = outcome.checks();
+        let judged: Vec<&Check> = checks.iter().filter(|check| check.tolerance.is_finite()).collect();
+        let part = |check: &&Check| match (check.measured - check.reference).abs() {
+            0.0 => 0.0,
+            off => off / check.tolerance,
+        };
+        let used = judged.iter().map(part).fold(0.0, f64::max);
+        let passed = judged.iter().filter(|check| check.pass).count();
+        let text = format!("{} %, {passed} of {} checks", significant(100.0 * used, 2), judged.len());
+        (!judged.is_empty()).then(|| (outcome.case.clone(), used, text))
+    };
+    let engine = outcomes.iter().find_map(|outcome| outcome.engine).unwrap_or_default().label;
+    let title = format!("native and {engine}: largest part of a tolerance that is used");
+    let limit = ("limit".to_string(), 1.0, "100 %".to_string());
+    let figure = Bars { title, rows: outcomes.iter().filter_map(row).chain([limit]).collect() }.figure();
+    [Format::Png, Format::Svg].into_iter().try_for_each(|format| {
+        write_figure(&directory.join(format!("{name}.{}", format.extension())), &figure, format)
+    })
+}
+
 /// Legend and style of every curve. The reference (`reference: NAME`, or the only other one beside both engines) lies
-/// below. Curves of LIGGGHTS are measured; those of the native engine lie on them, with one legend if there are several.
+/// below. Curves of the `other` engine are measured; those of the native engine lie on them, with one legend if there are several.
 /// Without engines the second of two measured curves lies on the first.
-pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
-    const ENGINES: [&str; 2] = ["native", "LIGGGHTS"];
+pub(super) fn looks(overlay: &Overlay, other: &str) -> Vec<(String, Style)> {
     const STYLES: [Style; 2] = [Style::Overlaid, Style::Measured];
+    let engines = ["native", other];
     // A name with both engines is that of a difference.
     let engine = |name: &str| {
-        let [native, liggghts] = ENGINES.map(|engine| name.contains(engine));
-        (0..2).find(|&k| name.starts_with(ENGINES[k])).filter(|_| native != liggghts)
+        let [native, other] = engines.map(|engine| name.contains(engine));
+        (0..2).find(|&k| name.starts_with(engines[k])).filter(|_| native != other)
     };
     let is_other = |name: &str| engine(name).is_none() && !name.starts_with("reference");
     let names: Vec<&str> = overlay.curves.iter().map(|(name, _)| name.as_str()).collect();
@@ -78,7 +104,7 @@ pub(super) fn looks(overlay: &Overlay) -> Vec<(String, Style)> {
     let both = count[0] > 0 && count[1] > 0;
     let others: Vec<&str> = names.iter().copied().filter(|name| is_other(name)).collect();
     let look = |(index, &name): (usize, &&str)| match engine(name) {
-        Some(0) if both && count[0] > 1 => (ENGINES[0].to_string(), STYLES[0]),
+        Some(0) if both && count[0] > 1 => (engines[0].to_string(), STYLES[0]),
         Some(k) if both || count[k] == 1 => (name.to_string(), STYLES[k]),
         Some(_) => (name.to_string(), Style::Measured),
         None if !is_other(name) => {

@@ -17,10 +17,9 @@ pub fn table(outcome: &Outcome, explain: bool) -> String {
         }
         Ending::Found(found) => found,
     };
-    let heads: &[&str] = if outcome.engines {
-        &["", "native", "LIGGGHTS", "analytic", "difference", "tolerance"]
-    } else {
-        &["", "measured", "reference", "deviation", "tolerance"]
+    let heads: &[&str] = match outcome.engine {
+        Some(engine) => &["", "native", engine.label, "analytic", "difference", "tolerance"],
+        None => &["", "measured", "reference", "deviation", "tolerance"],
     };
     let mut rows = vec![heads.iter().map(ToString::to_string).collect()];
     rows.extend(found.checks.iter().map(|check| {
@@ -38,7 +37,7 @@ pub fn table(outcome: &Outcome, explain: bool) -> String {
         let check = at.checked_sub(1).and_then(|at| found.checks.get(at));
         let verdict = check.map_or_else(String::new, |check| format!("  {}", check.verdict()));
         let _ = writeln!(text, "  {line}{verdict}");
-        if let Some(check) = check.filter(|check| outcome.engines && (explain || !check.pass)) {
+        if let Some(check) = check.filter(|check| outcome.engine.is_some() && (explain || !check.pass)) {
             let _ = writeln!(text, "      {}{}", used(check), check.source);
         }
     }

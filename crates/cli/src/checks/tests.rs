@@ -4,6 +4,8 @@ use super::files::looks;
 use super::*;
 use turbid_plot::Style;
 
+const LIGGGHTS: EngineName = EngineName { id: "liggghts", label: "LIGGGHTS" };
+
 fn check(quantity: &str, native: Option<f64>, difference: f64, tolerance: f64) -> Check {
     Check {
         case: "impact".to_string(),
@@ -14,11 +16,11 @@ fn check(quantity: &str, native: Option<f64>, difference: f64, tolerance: f64) -
 
 fn outcome(checks: Vec<Check>) -> Outcome {
     let found = Findings { checks, ..Findings::default() };
-    Outcome::of_engines("impact", "two spheres meet", || Ok(found))
+    Outcome::of_engines("impact", "two spheres meet", LIGGGHTS, || Ok(found))
 }
 
 fn broken() -> Outcome {
-    Outcome::of_engines("crash", "a worker dies", || {
+    Outcome::of_engines("crash", "a worker dies", LIGGGHTS, || {
         Err(Error::Input("killed by signal 9\nits log".to_string()))
     })
 }
@@ -156,7 +158,7 @@ fn overlay(names: &[&str]) -> Overlay {
 #[test]
 fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
     let styles = |names: &[&str]| -> Vec<Style> {
-        let looks = looks(&overlay(names));
+        let looks = looks(&overlay(names), "LIGGGHTS");
         looks.into_iter().map(|look| look.1).collect()
     };
     let usual = [Style::Overlaid, Style::Measured, Style::Reference];
@@ -170,6 +172,6 @@ fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
     assert_eq!(styles(&["a", "b", "c"]), [Style::Measured; 3]);
     assert_eq!(styles(&["native", "LIGGGHTS", "x", "y"])[2..], [Style::Measured; 2]);
     let two = overlay(&["native, e = 0.9", "LIGGGHTS, e = 0.9", "native, e = 0.5", "LIGGGHTS, e = 0.5"]);
-    let two: Vec<String> = looks(&two).into_iter().map(|look| look.0).collect();
+    let two: Vec<String> = looks(&two, "LIGGGHTS").into_iter().map(|look| look.0).collect();
     assert_eq!(two, ["native", "LIGGGHTS, e = 0.9", "native", "LIGGGHTS, e = 0.5"]);
 }

@@ -3,11 +3,11 @@
 use super::terminal::say;
 use super::{Changes, load, preflight, suite};
 use crate::checks::{self, Ending, Outcome, Score};
-use crate::crosscheck::{self, CASES, files, own_case};
+use crate::crosscheck::{self, Against, CASES, files, own_case};
 use clap::Args;
+use clap::builder::PossibleValuesParser;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use turbid::engine::{HAS_LIGGGHTS, liggghts_is_missing};
 use turbid::error::{Error, Result};
 
 /// Cases and output of `turbid crosscheck`.
@@ -21,6 +21,12 @@ pub(super) struct CrosscheckArguments {
     /// List the cases of the suite and end.
     #[arg(long, conflicts_with_all = ["file", "only", "json"])]
     list: bool,
+    /// Engine to compare the native one with; YADE and LAMMPS are programs, which need only their Debian packages.
+    #[arg(long, value_name = "ENGINE", default_value = "liggghts", value_parser = PossibleValuesParser::new(Against::ids()))]
+    engine: String,
+    /// Program that speaks the engine protocol, to compare the native engine with it: the rest of the command line.
+    #[arg(long, value_name = "PROGRAM", num_args = 1.., allow_hyphen_values = true, conflicts_with = "engine")]
+    engine_command: Vec<String>,
     /// Run this case of the suite only; may be repeated.
     #[arg(long = "case", value_name = "ID", conflicts_with = "file")]
     only: Vec<String>,
@@ -44,13 +50,11 @@ pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
         say(&crosscheck::list());
         return Ok(true);
     }
-    if !HAS_LIGGGHTS {
-        return Err(liggghts_is_missing("`turbid crosscheck`"));
-    }
+    let against = Against::chosen(&arguments.engine, &arguments.engine_command, &arguments.out)?;
     let start = Instant::now();
     let outcomes = match &arguments.file {
-        Some(file) => own(arguments, file)?,
-        None => whole_suite(arguments)?,
+        Some(file) => own(arguments, file, &against)?,
+        None => whole_suite(arguments, &against)?,
     };
     if let Some(json) = &arguments.json {
         checks::write_json(json, &outcomes)?;
@@ -60,7 +64,7 @@ pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
 }
 
 /// The suite, or those of its cases that are named, in its order. A case that fails does not keep the next one from running.
-fn whole_suite(arguments: &CrosscheckArguments) -> Result<Vec<Outcome>> {
+fn whole_suite(arguments: &CrosscheckArguments, against: &Against) -> Result<Vec<Outcome>> {
     if !arguments.changes.set.is_empty() || arguments.changes.threads.is_some() {
         return Err(Error::Input(
             "--set and --threads change a case file, but none is given; the cases of the suite are fixed"
@@ -69,34 +73,35 @@ fn whole_suite(arguments: &CrosscheckArguments) -> Result<Vec<Outcome>> {
     }
     let known: Vec<&str> = CASES.iter().map(|case| case.id).collect();
     let chosen = suite::chosen(&known, &arguments.only)?;
-    let logs = arguments.out.join("logs");
-    checks::prepare(&logs)?;
+    against.prepare(&arguments.out)?;
     let mut outcomes = Vec::new();
     for case in chosen.into_iter().map(|index| &CASES[index]) {
-        let outcome = Outcome::of_engines(case.id, case.title, || (case.run)(Some(&logs)));
+        let outcome = case.outcome(against);
         say(&checks::table(&outcome, arguments.tolerance_report));
         files::write_case(&arguments.out, &outcome)?;
         outcomes.push(outcome);
         // Results so far are on disk, whatever becomes of the rest.
         checks::write_tables(&arguments.out, "crosscheck", &outcomes)?;
     }
+    checks::write_bars(&arguments.out, "crosscheck", &outcomes)?;
     Ok(outcomes)
 }
 
 /// A user's case.
-fn own(arguments: &CrosscheckArguments, file: &Path) -> Result<Vec<Outcome>> {
+fn own(arguments: &CrosscheckArguments, file: &Path, against: &Against) -> Result<Vec<Outcome>> {
     let setup = load(file, &arguments.changes)?;
     preflight::refuse_what_does_not_fit(&setup)?;
-    let logs = arguments.out.join("logs");
-    checks::prepare(&logs)?;
+    against.prepare(&arguments.out)?;
     let mut parting = String::new();
-    let outcome = Outcome::of_engines(own_case::ID, &setup.provenance.name, || {
-        let (findings, text) = own_case::run(&setup, arguments.time, Some(&logs))?;
+    let outcome = Outcome::of_engines(own_case::ID, &setup.provenance.name, against.name, || {
+        let (findings, text) = own_case::run(&setup, arguments.time, against)?;
         parting = text;
         Ok(findings)
     });
-    if let Ending::Failed(error) = outcome.ending {
-        return Err(error);
+    match outcome.ending {
+        Ending::Failed(error) => return Err(error),
+        Ending::Missing(why) => return Err(Error::Input(why)),
+        Ending::Found(_) | Ending::Stopped => {}
     }
     say(&checks::table(&outcome, arguments.tolerance_report));
     say(&parting);

@@ -102,10 +102,10 @@ fn huge_pages_remark(setting: Option<&str>) -> &'static str {
     }
 }
 
-/// About the engine `dem.engine = "liggghts"` and the verb `crosscheck`.
+/// About the engine `dem.engine = "liggghts"`.
 fn liggghts_remark(has: bool) -> String {
     if has {
-        "`dem.engine = \"liggghts\"` and `turbid crosscheck` work; this program falls under the GPL"
+        "`dem.engine = \"liggghts\"` works, and so does `turbid crosscheck`; this program falls under the GPL"
             .to_string()
     } else {
         format!(

@@ -8,7 +8,7 @@ use turbid::particle::{Particle, Template};
 /// Largest admissible difference, and the reason for it.
 pub(super) type Limit = (f64, &'static str);
 
-/// Values of a quantity: native, LIGGGHTS, analytic.
+/// Values of a quantity: native, the other engine, analytic.
 pub(super) type Values = [Option<f64>; 3];
 
 /// Points of a curve.
@@ -49,7 +49,7 @@ impl Findings {
         self.given(quantity, values, difference(values, between), limit);
     }
 
-    /// Adds a check of the largest difference relative to theory or, without, to LIGGGHTS.
+    /// Adds a check of the largest difference relative to theory or, without, to the other engine.
     pub(super) fn compare_relative(
         &mut self,
         quantity: impl Into<String>,
@@ -63,8 +63,8 @@ impl Findings {
 }
 
 /// The largest absolute difference.
-fn difference([native, liggghts, analytic]: Values, between: Between) -> f64 {
-    let pairs = [(native, analytic), (liggghts, analytic), (native, liggghts)];
+fn difference([native, other, analytic]: Values, between: Between) -> f64 {
+    let pairs = [(native, analytic), (other, analytic), (native, other)];
     let pairs = match between {
         Between::Engines => &pairs[2..],
         Between::Theory => &pairs[..2],
@@ -84,10 +84,10 @@ pub(super) fn overlay(
     name: impl Into<String>,
     title: impl Into<String>,
     axes: [&str; 2],
-    [native, liggghts]: [Points; 2],
+    [native, other]: [Points; 2],
     theory: Option<(&str, Points)>,
 ) -> Overlay {
-    let engines = [("native", native), ("LIGGGHTS", liggghts)];
+    let engines = [("native", native), ("OTHER", other)];
     Overlay::new(name, title, axes, engines.into_iter().chain(theory))
 }
 

@@ -5,8 +5,9 @@
 //!   crosscheck.csv  crosscheck.json
 //!   CASE_NAME.png  CASE_NAME.svg        overlays
 //!   CASE_native.pvd    CASE_native/0000.vtp ...
-//!   CASE_liggghts.pvd  CASE_liggghts/0000.vtp ...
-//!   logs/                                what LIGGGHTS said
+//!   CASE_liggghts.pvd  CASE_liggghts/0000.vtp ...    of LIGGGHTS; other engines have their own ids
+//!   logs/                                what the other engine said
+//!   engines/                             its program, if this one has brought it along
 //! ```
 
 use crate::checks::{Ending, Outcome, write_plots};
@@ -14,9 +15,6 @@ use std::path::Path;
 use turbid::domain::Domain;
 use turbid::error::Result;
 use turbid::output::{Collection, surfaces};
-
-/// Names of the engines in files.
-const ENGINES: [&str; 2] = ["native", "liggghts"];
 
 /// Writes the plots and trajectories of a case.
 ///
@@ -27,7 +25,8 @@ pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
     let Ending::Found(found) = &outcome.ending else {
         return Ok(());
     };
-    for (engine, name) in ENGINES.iter().enumerate() {
+    let other = outcome.engine.unwrap_or_default().id;
+    for (engine, name) in ["native", other].iter().enumerate() {
         let stem = format!("{}_{name}", outcome.case);
         let mut collection = Collection::new(directory.join(format!("{stem}.pvd")));
         for (number, moment) in found.moments.iter().enumerate() {

@@ -67,7 +67,7 @@ fn flight(mut engine: Box<dyn DemEngine>, loads: &[[Load; 2]]) -> Result<Vec<[St
 }
 
 /// Constant and random loads, with 1 and 10 sub-steps.
-pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn loaded(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     for (kind, substeps) in [("constant", 1), ("constant", 10), ("random", 1), ("random", 10)] {
         let mut system = System::glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
@@ -77,8 +77,8 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
         system.add(0, Vec3::repeat(7e-3), Vec3::zeros(), Vec3::zeros());
         let loads = loads(kind == "random");
         let exact = exact(&system, &loads);
-        let [native, liggghts] = [system.native()?, system.liggghts(directory)?];
-        let (native, liggghts) = (flight(native, &loads)?, flight(liggghts, &loads)?);
+        let [native, other] = [system.native()?, against.engine(&system)?];
+        let (native, other) = (flight(native, &loads)?, flight(other, &loads)?);
         for (i, name) in ["position (m)", "velocity (m/s)", "spin (1/s)"].into_iter().enumerate() {
             let all =
                 |frames: &[[State; 2]]| frames.iter().flatten().map(|state| state[i]).collect::<Vec<_>>();
@@ -87,8 +87,8 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
                 let both = all(frames).into_iter().zip(all(&exact));
                 worst(both.map(|(a, b)| (a - b).norm())) / largest
             };
-            let difference = worst([off(&native), off(&liggghts)]);
-            let values = [&native, &liggghts, &exact].map(|frames| Some(frames[STEPS][0][i].x));
+            let difference = worst([off(&native), off(&other)]);
+            let values = [&native, &other, &exact].map(|frames| Some(frames[STEPS][0][i].x));
             let quantity =
                 format!("{name}, {kind} loads, sub-steps: {substeps}; shown: x of the first at the end");
             findings.given(quantity, values, difference, EXACT);
@@ -102,7 +102,7 @@ pub(super) fn loaded(directory: Option<&Path>) -> Result<Findings> {
                 "velocity",
                 "Free flight under random loads, 10 sub-steps",
                 ["time (ms)", "velocity along x (m/s)"],
-                [&native, &liggghts].map(curve),
+                [&native, &other].map(curve),
                 Some(("exact", curve(&exact))),
             ));
         }

@@ -101,7 +101,7 @@ fn run(system: &System, engine: Box<dyn DemEngine>) -> Result<(Vec<Sample>, Vec<
 fn sample(system: &System, spheres: &[Particle]) -> Sample {
     let (forces, stored) = contacts(system, spheres);
     // The native engine predicts the velocity at the time of the position with the contact force of one step before, which it
-    // reports; LIGGGHTS reports the force of now.
+    // reports; others report the force of now.
     let velocity = |(id, (p, force)): (usize, (&Particle, &Vec3))| {
         let late = force - Vec3::from(p.contact_force);
         p.velocity() + late * (0.5 * STEP / system.mass(id))
@@ -165,13 +165,13 @@ fn mixture(system: &System) -> Mixture {
 }
 
 /// Conservation, early agreement, temperature.
-pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn gas(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     for restitution in [1.0, 0.9] {
         let system = system(format!("gas-{restitution}"), restitution, SEED);
         let (native, native_frames) = run(&system, system.native()?)?;
-        let (liggghts, liggghts_frames) = run(&system, system.liggghts(directory)?)?;
-        let runs = [&native[..], &liggghts];
+        let (other, other_frames) = run(&system, against.engine(&system)?)?;
+        let runs = [&native[..], &other];
         let what = format!("e = {restitution}");
         let momenta = runs.map(|run| worst(run.iter().map(|sample| sample.momentum)));
         let quantity = format!("largest sum of the momenta, {what} (-)");
@@ -184,27 +184,27 @@ pub(super) fn gas(directory: Option<&Path>) -> Result<Findings> {
         }
         let early = if elastic { 2e-3 } else { 1e-3 };
         let sample = at(early * 1e3);
-        let [native, liggghts] = runs.map(|run| Some(run[sample].velocities[0].norm()));
+        let [native, other] = runs.map(|run| Some(run[sample].velocities[0].norm()));
         let quantity =
             format!("velocities after {} ms, {what} (-); shown: speed of the first (m/s)", early * 1e3);
-        findings.given(quantity, [native, liggghts, None], parted(runs, sample), EARLY);
+        findings.given(quantity, [native, other, None], parted(runs, sample), EARLY);
 
         let scatter = 3.0 * SQRT_2 * SCATTER[usize::from(!elastic)];
         for (milliseconds, limit) in
             [(3.0, (1e-9, TOGETHER)), (5.0, (1e-6, TOGETHER)), (10.0, (scatter, PARTED))]
         {
-            let [native, liggghts] = runs.map(|run| Some(run[at(milliseconds)].kinetic / run[0].kinetic));
+            let [native, other] = runs.map(|run| Some(run[at(milliseconds)].kinetic / run[0].kinetic));
             let quantity = format!("temperature over that at the start after {milliseconds} ms, {what} (-)");
-            findings.compare_relative(quantity, [native, liggghts, None], Between::Engines, limit);
+            findings.compare_relative(quantity, [native, other, None], Between::Engines, limit);
         }
         if !elastic {
             let (from, to) = (at(3.0), at(10.0));
-            let [native, liggghts] = runs.map(|run| run[to].energy / run[from].energy);
-            let values = [native, liggghts, haff(&system, restitution, runs[0][from].energy)].map(Some);
+            let [native, other] = runs.map(|run| run[to].energy / run[from].energy);
+            let values = [native, other, haff(&system, restitution, runs[0][from].energy)].map(Some);
             let quantity = format!("kinetic and elastic energy after 10 ms over that after 3 ms, {what} (-)");
             let limit = (ABOVE_HAFF[0] + 3.0 * ABOVE_HAFF[1], HAFF);
             findings.compare_relative(quantity, values, Between::Theory, limit);
-            let frames = [&native_frames[..], &liggghts_frames];
+            let frames = [&native_frames[..], &other_frames];
             findings.moments = moments(&system.templates, frames, |k| time(15 * k), 1);
         }
         findings.overlays.extend(plots(&system, restitution, runs));
@@ -236,7 +236,7 @@ fn plots(system: &System, restitution: f64, runs: [&[Sample]; 2]) -> [Overlay; 2
             format!("parting_e{restitution}"),
             format!("How both engines part in a gas, e = {restitution}"),
             ["time (ms)", "difference of velocities / velocity, rms (-)"],
-            [("native - LIGGGHTS", apart)],
+            [("native - OTHER", apart)],
         )
         .logarithmic([false, true]),
     ]

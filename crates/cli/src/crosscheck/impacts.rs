@@ -82,14 +82,14 @@ impl HeadOn {
         away / self.speed
     }
 
-    /// Tracks of the native engine with the law of LIGGGHTS, of LIGGGHTS, and of the native engine with its own law.
-    fn record(&self, directory: Option<&Path>) -> Result<[Track; 3]> {
+    /// Tracks of the native engine with the law of the other engine, of the other engine, and of the native engine with its own law.
+    fn record(&self, against: &Against) -> Result<[Track; 3]> {
         let steps = (hertz(self.wall).duration(self.speed) / self.dt * self.durations).round() as usize;
-        let [native, liggghts] = self.system(SAME).record(directory, self.dt, steps)?;
-        Ok([native, liggghts, Track::of(self.system(OWN).native()?, self.dt, steps)?])
+        let [native, other] = self.system(SAME).record(against, self.dt, steps)?;
+        Ok([native, other, Track::of(self.system(OWN).native()?, self.dt, steps)?])
     }
 
-    /// The integral of the law of LIGGGHTS (0) or of that of the native engine (1).
+    /// The integral of the law of the other engine (0) or of that of the native engine (1).
     fn theory(&self, law: usize) -> Impact {
         let damping = [Damping::Tsuji, Damping::HuntCrossley][law](self.restitution);
         let ratio = |depth| match (law, self.wall) {
@@ -119,11 +119,11 @@ impl HeadOn {
     }
 
     /// Checks the shape in all [tracks](Self::record), each against the integral of its own law.
-    fn check_shapes(&self, findings: &mut Findings, what: &str, [native, liggghts, own]: &[Track; 3]) {
+    fn check_shapes(&self, findings: &mut Findings, what: &str, [native, other, own]: &[Track; 3]) {
         let [tsuji, crossley] = [0, 1].map(|law| self.theory(law)).map(|i| [i.duration, i.deepest]);
         for (name, track, theory) in [
             ("native tsuji", (0, native), tsuji),
-            ("LIGGGHTS", (1, liggghts), tsuji),
+            ("OTHER", (1, other), tsuji),
             ("native hunt_crossley", (0, own), crossley),
         ] {
             self.check_shape(findings, &format!("{what}{name}"), track, theory, SHAPE);
@@ -132,15 +132,15 @@ impl HeadOn {
 }
 
 /// Impacts without damping: restitution, momentum, duration, depth and path.
-pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn elastic(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     for (law, label) in ["hertz", "volume"].into_iter().enumerate() {
         for speed in [1.0, 0.1] {
             let hertz = hertz(false);
             let (name, dt) = (format!("head-on-{label}-{speed}"), hertz.duration(speed) / ELASTIC_STEPS);
             let case = HeadOn { name, restitution: 1.0, speed, wall: false, dt, durations: 1.25 };
-            let [same, liggghts, own] = case.record(directory)?;
-            let tracks = [if law == 0 { same } else { own }, liggghts];
+            let [same, other, own] = case.record(against)?;
+            let tracks = [if law == 0 { same } else { own }, other];
             let what = format!("{label} law, {speed} m/s");
             let values = [case.rebound(&tracks[0]), case.rebound(&tracks[1]), 1.0].map(Some);
             findings.compare(format!("restitution, {what} (-)"), values, Between::Theory, ELASTIC);
@@ -151,7 +151,7 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
 
             let own = case.theory(law);
             let theory = [[own.duration, own.deepest], [hertz.duration(speed), hertz.deepest(speed)]];
-            for (i, name) in ["native", "LIGGGHTS"].into_iter().enumerate() {
+            for (i, name) in ["native", "OTHER"].into_iter().enumerate() {
                 let what = format!("{what}, {name}");
                 case.check_shape(&mut findings, &what, (i, &tracks[i]), theory[i], ELASTIC_SHAPE);
             }
@@ -183,32 +183,32 @@ pub(super) fn elastic(directory: Option<&Path>) -> Result<Findings> {
 }
 
 /// Restitution over speeds, with both laws of the native engine.
-pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn restitutions(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     let mut curves = vec![Vec::new(); 4];
     for e in E {
         let tolerance = if e > 0.5 { 2e-4 } else { 4e-4 };
         for speed in SPEEDS {
             let case = HeadOn::damped("restitution", e, speed, 1.3);
-            let [same, liggghts, own] = case.record(directory)?.map(|track| Some(case.rebound(&track)));
+            let [same, other, own] = case.record(against)?.map(|track| Some(case.rebound(&track)));
             let realised = Some(case.theory(1).restitution);
             for (law, values, between, reason) in [
-                ("tsuji", [same, liggghts, Some(e)], Between::Theory, SET),
-                ("tsuji, engines", [same, liggghts, None], Between::Engines, ENGINES),
+                ("tsuji", [same, other, Some(e)], Between::Theory, SET),
+                ("tsuji, engines", [same, other, None], Between::Engines, ENGINES),
                 ("hunt_crossley", [own, None, realised], Between::Theory, SET),
-                ("hunt_crossley, engines", [own, liggghts, None], Between::Engines, DEFAULT_LAW),
+                ("hunt_crossley, engines", [own, other, None], Between::Engines, DEFAULT_LAW),
             ] {
                 let quantity = format!("restitution, e = {e}, {speed} m/s, {law} (-)");
                 findings.compare(quantity, values, between, (tolerance, reason));
             }
             if speed >= SPEEDS[0] {
-                for (curve, value) in curves.iter_mut().zip([same, liggghts, own, realised]) {
+                for (curve, value) in curves.iter_mut().zip([same, other, own, realised]) {
                     curve.extend(value.map(|value| [e, value - e]));
                 }
             }
         }
     }
-    let names = ["native, tsuji", "LIGGGHTS", "native, hunt_crossley", "hunt_crossley, theory"];
+    let names = ["native, tsuji", "OTHER", "native, hunt_crossley", "hunt_crossley, theory"];
     findings.overlays.push(Overlay::new(
         "off",
         format!("Restitution measured minus set, {STEPS} steps per contact, 1 m/s"),
@@ -219,25 +219,25 @@ pub(super) fn restitutions(directory: Option<&Path>) -> Result<Findings> {
 }
 
 /// Duration and largest depth, each engine against the integral of its own law.
-pub(super) fn shapes(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn shapes(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     for e in E {
         let case = HeadOn::damped("duration", e, SPEEDS[0], 1.3);
-        case.check_shapes(&mut findings, &format!("e = {e}, "), &case.record(directory)?);
+        case.check_shapes(&mut findings, &format!("e = {e}, "), &case.record(against)?);
     }
     Ok(findings)
 }
 
 /// A sphere hits a wall.
-pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn wall(against: &Against) -> Result<Findings> {
     let (e, speed) = (0.8, 1.0);
     let dt = hertz(true).duration(speed) / STEPS;
     let case = HeadOn { name: "wall-impact".into(), restitution: e, speed, wall: true, dt, durations: 1.3 };
-    let tracks = case.record(directory)?;
+    let tracks = case.record(against)?;
     let mut findings = Findings::default();
-    let [same, liggghts, own] = tracks.each_ref().map(|track| Some(case.rebound(track)));
+    let [same, other, own] = tracks.each_ref().map(|track| Some(case.rebound(track)));
     let limit = (2e-4, SET);
-    let values = [same, liggghts, Some(e)];
+    let values = [same, other, Some(e)];
     findings.compare(format!("restitution, e = {e}, tsuji (-)"), values, Between::All, limit);
     let values = [own, None, Some(case.theory(1).restitution)];
     findings.compare(format!("restitution, e = {e}, hunt_crossley (-)"), values, Between::Theory, limit);
@@ -257,18 +257,18 @@ pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
     Ok(findings)
 }
 
-/// The whole history of the force of damped impacts under the law of LIGGGHTS in both engines: against each other, and against the
+/// The whole history of the force of damped impacts under the law of the other engine in both engines: against each other, and against the
 /// law at the depth `d` and velocity `v` (half a step before) that each engine has worked it out with:
 ///
 /// ```text
 /// F = K d^(3/2) + sqrt(5) beta sqrt(m* K) d^(1/4) v
 /// ```
-pub(super) fn histories(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn histories(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     for e in [0.9, 0.7, 0.5] {
         let case = HeadOn::damped("force-history", e, SPEEDS[0], 1.25);
-        let [native, liggghts, _] = case.record(directory)?;
-        let tracks = [native, liggghts];
+        let [native, other, _] = case.record(against)?;
+        let tracks = [native, other];
         let theory = case.theory(0);
         let peak = worst(theory.history.iter().map(|i| i.force));
         let steps = 1..tracks[0].frames.len() - 1;

@@ -1,6 +1,6 @@
 //! Oblique impacts without damping: gross sliding friction, spin, and the limit of rigid spheres.
 //!
-//! Only gross sliding is compared: where surfaces stick, LIGGGHTS has a tangential spring and the native engine has none.
+//! Only gross sliding is compared: where surfaces stick, the other engine has a tangential spring and the native engine has none.
 
 use super::prelude::*;
 use super::system::state;
@@ -10,7 +10,7 @@ use super::theory::slide;
 const STEPS: usize = 1000;
 
 const VELOCITY: Limit =
-    (1e-4, "worst of all three ways, over the speed of approach: LIGGGHTS first stretches a spring");
+    (1e-4, "worst of all three ways, over the speed of approach: OTHER first stretches a spring");
 const SPIN: Limit =
     (2e-3, "worst of all three ways, over the gain of the second sphere: as for the velocities");
 const FRICTIONLESS: Limit =
@@ -42,7 +42,7 @@ impl Throw {
     }
 
     /// Runs it in all three ways.
-    fn run(self, name: &str, directory: Option<&Path>) -> Result<Outcome> {
+    fn run(self, name: &str, against: &Against) -> Result<Outcome> {
         let mut system = System::glass(name, 1.0, self.friction, SAME);
         let at = Vec3::repeat(5e-3);
         let velocity = self.normal * self.velocity[0] + self.across * self.velocity[1];
@@ -51,12 +51,12 @@ impl Throw {
         let mass = system.mass(0);
         let hertz = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]);
         let dt = hertz.duration(self.velocity[0]) / STEPS as f64;
-        let tracks = system.record(directory, dt, STEPS * 5 / 4)?;
+        let tracks = system.record(against, dt, STEPS * 5 / 4)?;
         let start = [0, 1].map(|id| state(&system.particles[id]));
         let theory = slide(start, RADIUS, mass, &hertz, self.friction);
         let ends = [0, 1].map(|id| {
-            let [native, liggghts] = [0, 1].map(|i| state(&tracks[i].last()[id]));
-            [native, liggghts, theory[id]].map(|[_, velocity, spin]| [velocity, spin])
+            let [native, other] = [0, 1].map(|i| state(&tracks[i].last()[id]));
+            [native, other, theory[id]].map(|[_, velocity, spin]| [velocity, spin])
         });
         Ok(Outcome { throw: self, system, tracks, ends })
     }
@@ -66,9 +66,9 @@ impl Throw {
 struct Outcome {
     throw: Throw,
     system: System,
-    /// Native, LIGGGHTS.
+    /// Native, the other engine.
     tracks: [Track; 2],
-    /// Velocity and spin at the end by sphere; native, LIGGGHTS, theory.
+    /// Velocity and spin at the end by sphere; native, the other engine, theory.
     ends: [[[Vec3; 2]; 3]; 2],
 }
 
@@ -155,16 +155,16 @@ impl Outcome {
             ["time (us)", "force (N)"],
             [
                 ("native, along", curve(0, false)),
-                ("LIGGGHTS, along", curve(1, false)),
+                ("OTHER, along", curve(1, false)),
                 ("native, across / mu", curve(0, true)),
-                ("LIGGGHTS, across / mu", curve(1, true)),
+                ("OTHER, across / mu", curve(1, true)),
             ],
         )
     }
 }
 
 /// Several angles and coefficients of friction, in the plane and askew.
-pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn sliding(against: &Against) -> Result<Findings> {
     let tangent = |degrees: f64| degrees.to_radians().tan();
     let askew = Throw {
         normal: Vec3::new(0.48, -0.6, 0.64),
@@ -180,14 +180,14 @@ pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
     ];
     let mut findings = Findings::default();
     for (n, throw) in throws.into_iter().enumerate() {
-        let outcome = throw.run(&format!("sliding-{n}"), directory)?;
+        let outcome = throw.run(&format!("sliding-{n}"), against)?;
         outcome.check(&mut findings);
         if throw.friction > 0.0 {
             findings.overlays.push(outcome.plot(&format!("force_{n}")));
         }
         if n == 1 {
-            let [native, liggghts] = &outcome.tracks;
-            let frames = [&native.frames[..], &liggghts.frames];
+            let [native, other] = &outcome.tracks;
+            let frames = [&native.frames[..], &other.frames];
             findings.moments = moments(&outcome.system.templates, frames, |k| native.time(k), 40);
         }
     }
@@ -195,10 +195,10 @@ pub(super) fn sliding(directory: Option<&Path>) -> Result<Findings> {
 }
 
 /// So slow that the spheres are nearly rigid.
-pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn rigid(against: &Against) -> Result<Findings> {
     let (speed, friction) = (0.01, 0.1);
     let throw = Throw::plane("45 degrees, mu = 0.1, 0.01 m/s", [speed, speed], friction);
-    let outcome = throw.run("near-rigid", directory)?;
+    let outcome = throw.run("near-rigid", against)?;
     let mut findings = Findings::default();
     outcome.check(&mut findings);
     // Rigid spheres of equal mass exchange their speeds along the normal; the impulse mu m v across it brakes, and spins.
@@ -207,19 +207,19 @@ pub(super) fn rigid(directory: Option<&Path>) -> Result<Findings> {
         (Vec3::new(speed, friction * speed, 0.0), "second"),
     ];
     for (id, (rigid, name)) in limit.into_iter().enumerate() {
-        let [native, liggghts, _] = outcome.ends[id].map(|[velocity, _]| velocity);
-        let apart = worst([native, liggghts].map(|v| (v - rigid).norm() / speed));
+        let [native, other, _] = outcome.ends[id].map(|[velocity, _]| velocity);
+        let apart = worst([native, other].map(|v| (v - rigid).norm() / speed));
         let quantity = format!("velocity of the {name} sphere against rigid ones; shown: across (m/s)");
-        findings.given(quantity, [native.y, liggghts.y, rigid.y].map(Some), apart, RIGID);
+        findings.given(quantity, [native.y, other.y, rigid.y].map(Some), apart, RIGID);
     }
-    let [native, liggghts, _] = outcome.ends[0].map(|[_, spin]| spin.z);
-    let values = [native, liggghts, -2.5 * friction * speed / RADIUS].map(Some);
+    let [native, other, _] = outcome.ends[0].map(|[_, spin]| spin.z);
+    let values = [native, other, -2.5 * friction * speed / RADIUS].map(Some);
     findings.compare_relative("spin against rigid spheres (1/s)", values, Between::Theory, RIGID);
     Ok(findings)
 }
 
 /// Spheres that spin when they meet head-on: about axes across, and along the normal.
-pub(super) fn spin(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn spin(against: &Against) -> Result<Findings> {
     let spinning = |what, spins: [Vec3; 2]| Throw { spins, ..Throw::plane(what, [1.0, 0.0], 0.1) };
     // The surface of the first passes that of the second at 2 m/s.
     let turning = Vec3::z() * 4e3;
@@ -231,12 +231,12 @@ pub(super) fn spin(directory: Option<&Path>) -> Result<Findings> {
     .into_iter()
     .enumerate()
     {
-        let outcome = throw.run(&format!("spin-{n}"), directory)?;
+        let outcome = throw.run(&format!("spin-{n}"), against)?;
         outcome.check(&mut findings);
         findings.overlays.push(outcome.plot(&format!("force_{n}")));
     }
     let axial = spinning("spin about the normal, mu = 0.1", [Vec3::x() * 4e3, Vec3::x() * -1e3]);
-    let spins = axial.run("spin-axial", directory)?.ends[0].map(|[_, spin]| Some(spin.x));
+    let spins = axial.run("spin-axial", against)?.ends[0].map(|[_, spin]| Some(spin.x));
     let quantity = "spin about the normal of the first (1/s)";
     findings.compare_relative(quantity, spins, Between::All, UNTOUCHED);
     Ok(findings)

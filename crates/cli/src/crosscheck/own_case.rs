@@ -23,37 +23,37 @@ const COMPLETE: Limit = (0.0, "both engines must come to the end; the text below
 const LARGEST: Limit =
     (f64::INFINITY, "reported only: contacts multiply differences, so no theory gives a limit");
 
-/// Runs a case for `time` (s), or to its end, in both engines; the log of LIGGGHTS goes to the directory, if there is one. The
+/// Runs a case for `time` (s), or to its end, in both engines. The
 /// text says where the engines part, and reasons that are known beforehand.
 ///
 /// # Errors
-/// [`Error::Input`] if the case has other bodies than free spheres, or lubrication, or is too long to record; those of the set-up of LIGGGHTS, and of
+/// [`Error::Input`] if the case has other bodies than free spheres, or lubrication, or is too long to record; those of the set-up of the other engine, and of
 /// the run that records loads. An engine that fails on the way is a check that fails.
-pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result<(Findings, String)> {
+pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findings, String)> {
     if let Some(other) = setup.templates.iter().find(|template| template.shape.as_sphere().is_none()) {
         return Err(Error::Input(format!(
-            "the case has particles that are a {}, but the cross-check is of spheres: LIGGGHTS has no others; \
+            "the case has particles that are a {}, but the cross-check is of spheres; \
              --set particles.0.shape.sphere.diameter=... makes spheres of the first kind",
             other.shape.kind()
         )));
     }
     if let Some(section) = setup.prescribed_sections().first() {
         return Err(Error::Input(format!(
-            "`particles.{section}.motion` prescribes motion, but the cross-check is of free particles: LIGGGHTS is given no others"
+            "`particles.{section}.motion` prescribes motion, but the cross-check is of free particles"
         )));
     }
     if setup.contact.as_ref().is_some_and(|contact| contact.lubrication.is_some()) {
-        let remedy = "leave `contact.lubrication` out: LIGGGHTS is given none";
+        let remedy = "leave `contact.lubrication` out: no other engine has it";
         return Err(Error::Input(format!("the cross-check is of contacts without lubrication; {remedy}")));
     }
     let steps = steps(setup, time)?;
     let recorded = setup.fluid.as_ref().map(|_| record(setup, steps)).transpose()?;
-    let mut pair = Pair::start(setup, ID, directory)?;
+    let mut pair = Pair::start(setup, ID, against)?;
     pair.run(steps, recorded.as_ref(), |_| {});
     let mut findings = Findings::default();
-    let [native, liggghts] = pair.steps.map(|done| done as f64);
-    let missing = steps as f64 - native.min(liggghts);
-    findings.given("steps done", [native, liggghts, steps as f64].map(Some), missing, COMPLETE);
+    let [native, other] = pair.steps.map(|done| done as f64);
+    let missing = steps as f64 - native.min(other);
+    findings.given("steps done", [native, other, steps as f64].map(Some), missing, COMPLETE);
     if let Some(recorded) = recorded.as_ref().filter(|_| pair.steps[0] == steps) {
         pair.check_repeats(&mut findings, "", recorded);
     }
@@ -61,7 +61,7 @@ pub fn run(setup: &Setup, time: Option<f64>, directory: Option<&Path>) -> Result
         findings.given(format!("largest difference of {quantity} (-)"), [None; 3], largest, LARGEST);
     }
     pair.report_begun(&mut findings, "");
-    Ok((findings, parting(setup, &pair) + &notes(setup, &pair)))
+    Ok((against.judge(ID, findings), parting(setup, &pair) + &notes(setup, &pair, against.name.label)))
 }
 
 /// Steps in `time`, or to the end of the case.
@@ -105,15 +105,16 @@ fn parting(setup: &Setup, pair: &Pair) -> String {
 }
 
 /// Failures, first contacts, and differences of the laws, a line each.
-fn notes(setup: &Setup, pair: &Pair) -> String {
+fn notes(setup: &Setup, pair: &Pair, other_name: &str) -> String {
     let mut text = String::new();
     for (engine, error) in &pair.failures {
+        let engine = ["the native engine", other_name][*engine];
         let _ = writeln!(text, "  {engine} does not come to the end: {error}");
     }
-    let [native, liggghts] = pair.first_contact.map(|step| {
+    let [native, other] = pair.first_contact.map(|step| {
         step.map_or("never".to_string(), |step| format!("{:.6e} s", step as f64 * setup.time_step))
     });
-    let _ = writeln!(text, "  first contact: native {native}, LIGGGHTS {liggghts}");
+    let _ = writeln!(text, "  first contact: native {native}, {other_name} {other}");
     let Some(contact) = &setup.contact else { return text };
     let damped = contact.pairs.iter().any(|params| params.restitution < 1.0);
     let rough = contact.pairs.iter().any(|params| params.friction_static > 0.0);

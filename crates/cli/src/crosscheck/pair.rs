@@ -13,7 +13,7 @@ pub(super) const QUANTITIES: [&str; 3] = ["position / D", "velocity / u_max", "s
 
 const REPEATS: Limit = (0.0, "the native engine under recorded loads repeats the recorded run bit for bit");
 const BEGUN: Limit =
-    (f64::INFINITY, "reported only: the native engine looks at every sub-step, LIGGGHTS at every step");
+    (f64::INFINITY, "reported only: the native engine looks at every sub-step, OTHER at every step");
 
 /// The first difference above [`PARTED`], in the unit of the quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub(super) struct Difference {
     pub(super) touching: bool,
 }
 
-/// Both engines from the same state, and their differences so far; pairs are native, then LIGGGHTS.
+/// Both engines from the same state, and their differences so far; pairs are native, then the other engine.
 pub(super) struct Pair {
     engines: [Box<dyn DemEngine>; 2],
     domain: Domain,
@@ -36,7 +36,7 @@ pub(super) struct Pair {
     /// Steps that each engine did.
     pub(super) steps: [u64; 2],
     /// Engines that failed, and how.
-    pub(super) failures: Vec<(&'static str, String)>,
+    pub(super) failures: Vec<(usize, String)>,
     /// Step after which each engine first had a contact.
     pub(super) first_contact: [Option<u64>; 2],
     /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest difference.
@@ -48,13 +48,13 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Both engines with the particles of a case; the log of LIGGGHTS goes to the directory, if there is one.
-    pub(super) fn start(setup: &Setup, name: &str, directory: Option<&Path>) -> Result<Self> {
+    /// Both engines with the particles of a case; the log of the other engine goes to the directory, if there is one.
+    pub(super) fn start(setup: &Setup, name: &str, against: &Against) -> Result<Self> {
         let system = System::of(name, setup);
-        Ok(Self::new(setup, [system.native()?, system.liggghts(directory)?]))
+        Ok(Self::new(setup, [system.native()?, against.engine(&system)?]))
     }
 
-    /// Native engine and LIGGGHTS, which hold the particles of the case.
+    /// Native engine and the other engine, which hold the particles of the case.
     pub(super) fn new(setup: &Setup, engines: [Box<dyn DemEngine>; 2]) -> Self {
         let diameters = setup.templates.iter().map(|t| t.shape.equivalent_diameter());
         let mut pair = Self {
@@ -84,10 +84,10 @@ impl Pair {
         let none = vec![Load::default(); self.particles(0).len()];
         for step in 0..steps {
             let loads = recorded.map_or(&none[..], |recorded| recorded.loads(step));
-            for (engine, name) in ["the native engine", "LIGGGHTS"].into_iter().enumerate() {
+            for engine in 0..2 {
                 match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
                     Ok(()) => self.steps[engine] += 1,
-                    Err(error) => self.failures.push((name, error.to_string())),
+                    Err(error) => self.failures.push((engine, error.to_string())),
                 }
             }
             if !self.failures.is_empty() {
@@ -155,8 +155,8 @@ impl Pair {
 
     /// Reports the contacts that have begun in both engines.
     pub(super) fn report_begun(&self, findings: &mut Findings, what: &str) {
-        let [native, liggghts] = self.begun().map(|count| count as f64);
-        let values = [Some(native), Some(liggghts), None];
-        findings.given(format!("{what}contacts that began (-)"), values, (native - liggghts).abs(), BEGUN);
+        let [native, other] = self.begun().map(|count| count as f64);
+        let values = [Some(native), Some(other), None];
+        findings.given(format!("{what}contacts that began (-)"), values, (native - other).abs(), BEGUN);
     }
 }

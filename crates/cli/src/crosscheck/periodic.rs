@@ -6,7 +6,7 @@ use super::statics::STEP;
 const FORCE: Limit =
     (1e-12, "relative, to Hertz at the nearest image: rounding of 1e-18 m of a depth of 5e-6 m");
 const PAIRWISE: Limit =
-    (1e-12, "relative: LIGGGHTS rounds the images of both sides, 1e-18 m of a depth of 5e-6 m");
+    (1e-12, "relative: OTHER rounds the images of both sides, 1e-18 m of a depth of 5e-6 m");
 const IMPACT: Limit = (1e-9, "relative, to the same engine inside the box: rounding, 1e-12 of the depth");
 
 const BOX: Domain = Domain { cells: [20; 3], dx: 0.5e-3, periodic: [true; 3] };
@@ -29,13 +29,13 @@ fn system(name: &str, friction: f64, point: Vec3, normal: Vec3, distance: f64) -
 }
 
 /// Force at rest, and an oblique impact, through faces, edges and corners.
-pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn contacts(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     let (_, corner, askew) = POINTS[2];
-    let inside = impact("inside", Vec3::repeat(5e-3), askew, directory)?;
+    let inside = impact("inside", Vec3::repeat(5e-3), askew, against)?;
     for (name, point, normal) in POINTS {
         let system = system(name, 0.0, point, normal, 2.0 * RADIUS - 0.01 * RADIUS);
-        let tracks = system.record(directory, STEP, 1)?;
+        let tracks = system.record(against, STEP, 1)?;
         let [a, b] = [0, 1].map(|id| system.particles[id].position());
         let offset = BOX.nearest_image(b - a);
         let hertz = Hertz::pair([1.0; 2], [RADIUS; 2], [&GLASS; 2]);
@@ -49,7 +49,7 @@ pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
         let quantity = format!("sum of both forces over one, {name} (-)");
         findings.given(quantity, [sums[0], sums[1], 0.0].map(Some), worst(sums), PAIRWISE);
     }
-    let through = impact("through", corner, askew, directory)?;
+    let through = impact("through", corner, askew, against)?;
     let apart = [0, 1].map(|engine| {
         let both = through[engine].iter().zip(&inside[engine]);
         worst(both.map(|(there, here)| (there - here).norm() / here.norm()))
@@ -60,12 +60,12 @@ pub(super) fn contacts(directory: Option<&Path>) -> Result<Findings> {
 }
 
 /// Velocities and spins after an impact about `point`, in both engines.
-fn impact(name: &str, point: Vec3, normal: Vec3, directory: Option<&Path>) -> Result<[Vec<Vec3>; 2]> {
+fn impact(name: &str, point: Vec3, normal: Vec3, against: &Against) -> Result<[Vec<Vec3>; 2]> {
     let mut system = system(name, 0.1, point, normal, 2.0 * RADIUS);
     let across = Vec3::new(0.8, 0.0, -0.6);
     system.particles[0].velocity = (normal + across * 2.0).into();
     let mass = system.mass(0);
     let dt = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]).duration(1.0) / 200.0;
-    let tracks = system.record(directory, dt, 300)?;
+    let tracks = system.record(against, dt, 300)?;
     Ok(tracks.map(|track| track.last().iter().flat_map(|p| [p.velocity(), p.angular_velocity()]).collect()))
 }

@@ -28,13 +28,13 @@ const DAMPED: Limit = (f64::INFINITY, "reported only: the engines have different
 const MOMENTUM: Limit =
     (1e-11, "over the sum of all momenta at the start: rounding of opposite forces in 1200 sub-steps");
 const FIRST_CONTACT: Limit =
-    (1.0, "the native engine counts at the start of its last sub-step, LIGGGHTS at its end");
+    (1.0, "the native engine counts at the start of its last sub-step, OTHER at its end");
 
 /// Records and replays both kinds of contacts; trajectories are those of the damped ones.
-pub(super) fn replay(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn replay(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
-    compare("elastic", &[], ELASTIC, directory, &mut findings)?;
-    compare("damped", &RUBBING, DAMPED, directory, &mut findings)?;
+    compare("elastic", &[], ELASTIC, against, &mut findings)?;
+    compare("damped", &RUBBING, DAMPED, against, &mut findings)?;
     Ok(findings)
 }
 
@@ -43,7 +43,7 @@ fn compare(
     what: &str,
     options: &[&str],
     distance: Limit,
-    directory: Option<&Path>,
+    against: &Against,
     findings: &mut Findings,
 ) -> Result<()> {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
@@ -51,7 +51,7 @@ fn compare(
     setup.plan.threads = 1;
     stir(&mut setup);
     let recorded = record(&setup, setup.plan.end_step)?;
-    let mut pair = Pair::start(&setup, "replay", directory)?;
+    let mut pair = Pair::start(&setup, "replay", against)?;
     let mut apart = Vec::new();
     findings.moments.clear();
     pair.run(setup.plan.end_step, Some(&recorded), |pair| {
@@ -64,17 +64,18 @@ fn compare(
         }
     });
     if let Some((engine, error)) = pair.failures.first() {
-        return Err(Error::Input(format!("{engine}: {error}")));
+        let name = ["native engine", against.name.label][*engine];
+        return Err(Error::Input(format!("{name}: {error}")));
     }
-    let [Some(native), Some(liggghts)] = pair.first_contact.map(|step| step.map(|step| step as f64)) else {
+    let [Some(native), Some(other)] = pair.first_contact.map(|step| step.map(|step| step as f64)) else {
         let text = format!("{what}: nothing touches, so there is nothing to compare");
         return Err(Error::Input(text));
     };
     pair.check_repeats(findings, &format!("{what}: "), &recorded);
     check_momentum(findings, what, &setup, &recorded, &pair);
-    let values = [Some(native), Some(liggghts), None];
+    let values = [Some(native), Some(other), None];
     let quantity = format!("{what}: steps to the first contact (-)");
-    findings.given(quantity, values, (native - liggghts).abs(), FIRST_CONTACT);
+    findings.given(quantity, values, (native - other).abs(), FIRST_CONTACT);
     pair.report_begun(findings, &format!("{what}: "));
     let quantity = format!("{what}: largest distance between the engines over D (-)");
     findings.given(quantity, [None; 3], pair.largest[0], distance);

@@ -107,14 +107,14 @@ fn time(sample: usize) -> f64 {
 }
 
 /// The box of a thousand spheres: quantities at the end, and over time.
-pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn settling(against: &Against) -> Result<Findings> {
     let system = system();
     let run = |engine: Box<dyn DemEngine>| {
         sampled(engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 20, |engine| sample(&system, engine))
     };
     let (native, native_frames) = run(system.native()?)?;
-    let (liggghts, liggghts_frames) = run(system.liggghts(directory)?)?;
-    let runs = [&native[..], &liggghts];
+    let (other, other_frames) = run(against.engine(&system)?)?;
+    let runs = [&native[..], &other];
     let weight = GRAVITY * (0..COUNT).map(|id| system.mass(id)).sum::<f64>();
     let mut findings = Findings::default();
     for (quantity, of, analytic, limit) in [
@@ -125,8 +125,8 @@ pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
     ] {
         let mean = |run: &[Sample]| run[SAMPLES + 1 - MEAN..].iter().map(of).sum::<f64>() / MEAN as f64;
         let between = if analytic.is_some() { Between::Theory } else { Between::Engines };
-        let [native, liggghts] = runs.map(|run| Some(mean(run)));
-        findings.compare_relative(quantity, [native, liggghts, analytic], between, limit);
+        let [native, other] = runs.map(|run| Some(mean(run)));
+        findings.compare_relative(quantity, [native, other, analytic], between, limit);
     }
     for (name, axis, of) in [
         ("height", "height of the centre of mass (mm)", (|s| s.height * 1e3) as fn(&Sample) -> f64),
@@ -138,6 +138,6 @@ pub(super) fn settling(directory: Option<&Path>) -> Result<Findings> {
         let title = "1000 dry spheres settle in a box";
         findings.overlays.push(overlay(name, title, ["time (s)", axis], runs.map(curve), None));
     }
-    findings.moments = moments(&system.templates, [&native_frames, &liggghts_frames], |k| time(20 * k), 1);
+    findings.moments = moments(&system.templates, [&native_frames, &other_frames], |k| time(20 * k), 1);
     Ok(findings)
 }

@@ -44,7 +44,7 @@ struct Curve {
     /// Force by Hertz (N), and that of the volume law over it.
     hertz: Vec<f64>,
     ratio: Vec<f64>,
-    /// Native, LIGGGHTS (N).
+    /// Native, the other engine (N).
     forces: [Vec<f64>; 2],
     /// Largest sum of the forces on both over the force, in both engines.
     unpaired: [f64; 2],
@@ -88,7 +88,7 @@ impl Contact {
 }
 
 /// Force at rest of contacts over all depths, under both laws of the native engine.
-fn measure(name: &str, contacts: &[Contact], directory: Option<&Path>) -> Result<Findings> {
+fn measure(name: &str, contacts: &[Contact], against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
         let mut system = System::glass(format!("{name}-{label}"), 1.0, 0.0, laws);
@@ -102,7 +102,7 @@ fn measure(name: &str, contacts: &[Contact], directory: Option<&Path>) -> Result
         for (k, contact) in contacts.iter().enumerate() {
             contact.add_to(&mut system, k * depths().count());
         }
-        let tracks = system.record(directory, STEP, 1)?;
+        let tracks = system.record(against, STEP, 1)?;
         let mut id = 0;
         for contact in contacts {
             let (hertz, ratio) = contact.theory();
@@ -140,8 +140,8 @@ impl Curve {
         let same = laws == SAME;
         let ratio = |k: usize| if same { 1.0 } else { self.ratio[k] };
         let native = (0..=last).map(|k| self.forces[0][k] / (self.hertz[k] * ratio(k)) - 1.0);
-        let liggghts = (0..=last).map(|k| self.forces[1][k] / self.hertz[k] - 1.0);
-        let deviation = worst(native.chain(liggghts).map(f64::abs));
+        let other = (0..=last).map(|k| self.forces[1][k] / self.hertz[k] - 1.0);
+        let deviation = worst(native.chain(other).map(f64::abs));
         let unit = if same { 1.0 } else { self.hertz[last] };
         let expected = if same { self.hertz[last] } else { self.ratio[last] };
         let values = [self.forces[0][last] / unit, self.forces[1][last] / unit, expected].map(Some);
@@ -174,7 +174,7 @@ impl Curve {
 }
 
 /// Pairs of equal and unequal spheres and materials, along a tilted line.
-pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn pairs(against: &Against) -> Result<Findings> {
     let pair = |what, stem, sphere, other| Contact { what, stem, sphere, other: Some(other) };
     let contacts = [
         pair("equal", "r00_m00", [0, 0], [0, 0]),
@@ -182,12 +182,12 @@ pub(super) fn pairs(directory: Option<&Path>) -> Result<Findings> {
         pair("glass on soft", "r00_m01", [0, 0], [0, 1]),
         pair("R2 = 0.4 R1, soft on glass", "r01_m10", [0, 1], [1, 0]),
     ];
-    measure("static-pair", &contacts, directory)
+    measure("static-pair", &contacts, against)
 }
 
 /// Spheres of both sizes and materials pressed into a wall of glass.
-pub(super) fn wall(directory: Option<&Path>) -> Result<Findings> {
+pub(super) fn wall(against: &Against) -> Result<Findings> {
     let wall = |what, stem, sphere| Contact { what, stem, sphere, other: None };
     let contacts = [wall("glass on glass", "r0_m0", [0, 0]), wall("small soft on glass", "r1_m1", [1, 1])];
-    measure("static-wall", &contacts, directory)
+    measure("static-wall", &contacts, against)
 }

@@ -1,14 +1,12 @@
 //! Spheres that both engines get bit for bit, without a fluid, and the record of their motion.
 
-use std::path::Path;
+use super::against::Against;
 use std::sync::Arc;
 use turbid::case::Setup;
 use turbid::comm::Comm;
 use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
 use turbid::dem::{DemEngine, Load, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
-#[cfg(feature = "liggghts")]
-use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::engine::{EngineChoice, LiggghtsOptions};
 use turbid::error::Result;
 use turbid::math::Vec3;
@@ -16,7 +14,7 @@ use turbid::particle::{Particle, Template};
 use turbid::shape::Sphere;
 use turbid::wall::{Motion, Surface, Wall};
 
-/// Elastic law and damping of the native engine: those of LIGGGHTS, and those of a case that names none.
+/// Elastic law and damping of the native engine: those of most other engines, and those of a case that names none.
 pub(super) type Laws = (ElasticLaw, DampingLaw);
 pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
 pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley);
@@ -31,9 +29,9 @@ const TRANSITION: f64 = 1e-6;
 
 /// Spheres, walls and gravity.
 #[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "some fields are for LIGGGHTS alone"))]
+#[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "`options` is for LIGGGHTS alone"))]
 pub(super) struct System {
-    /// Stem of the log of LIGGGHTS.
+    /// Stem of the log of the other engine.
     pub(super) name: String,
     pub(super) domain: Domain,
     pub(super) templates: Arc<[Template]>,
@@ -115,33 +113,10 @@ impl System {
         Ok(Box::new(Native::new(params, whole, 0, self.templates.clone(), &self.particles)?))
     }
 
-    /// LIGGGHTS at the start; its log goes to the directory, if there is one.
-    #[cfg(feature = "liggghts")]
-    pub(super) fn liggghts(&self, directory: Option<&Path>) -> Result<Box<dyn DemEngine>> {
-        let (law, damping) = SAME;
-        let params = LiggghtsParams {
-            contact: self.contact.clone().map(|contact| ContactModel { law, damping, ..contact }),
-            walls: self.walls.clone(),
-            gravity: self.gravity,
-            substeps: self.substeps,
-            log: directory.map(|directory| directory.join(format!("{}.log", self.name))),
-            ..self.options.params()?
-        };
-        let whole = Decomposition::solo(self.domain);
-        let engine = Liggghts::new(params, whole, &Comm::Solo, self.templates.clone(), &self.particles)?;
-        Ok(Box::new(engine))
-    }
-
-    /// The error that this program was built without LIGGGHTS.
-    #[cfg(not(feature = "liggghts"))]
-    #[allow(clippy::unused_self, reason = "as with LIGGGHTS")]
-    pub(super) fn liggghts(&self, _: Option<&Path>) -> Result<Box<dyn DemEngine>> {
-        Err(turbid::engine::liggghts_is_missing("`turbid crosscheck`"))
-    }
-
-    /// Tracks of both engines: native, then LIGGGHTS.
-    pub(super) fn record(&self, directory: Option<&Path>, dt: f64, steps: usize) -> Result<[Track; 2]> {
-        Ok([Track::of(self.native()?, dt, steps)?, Track::of(self.liggghts(directory)?, dt, steps)?])
+    /// Tracks of both engines: native, then the other one.
+    pub(super) fn record(&self, against: &Against, dt: f64, steps: usize) -> Result<[Track; 2]> {
+        let native = Track::of(self.native()?, dt, steps)?;
+        Ok([native, Track { late: against.late, ..Track::of(against.engine(self)?, dt, steps)? }])
     }
 }
 
@@ -225,16 +200,16 @@ pub(super) struct Track {
 }
 
 impl Track {
+    /// Of the native engine.
     pub(super) fn of(engine: Box<dyn DemEngine>, dt: f64, steps: usize) -> Result<Self> {
-        let late = engine.name() == "native";
-        Ok(Self { dt, frames: sampled(engine, dt, steps, 1, |_| ())?.1, late })
+        Ok(Self { dt, frames: sampled(engine, dt, steps, 1, |_| ())?.1, late: true })
     }
 
     pub(super) fn last(&self) -> &[Particle] {
         self.frames.last().expect("the start is a frame")
     }
 
-    /// Contact force (N) on a sphere at the positions of a frame; the native engine knows it one step later.
+    /// Contact force (N) on a sphere at the positions of a frame; an engine that is late knows it one step later.
     pub(super) fn force(&self, frame: usize, id: usize) -> Vec3 {
         let known = self.frames.get(frame + usize::from(self.late));
         known.map_or_else(Vec3::zeros, |frame| frame[id].contact_force.into())

@@ -1,7 +1,8 @@
 //! The quick part of the cross-check of both engines: `validation/liggghts`.
 
 use super::prelude::*;
-use crate::crosscheck::CASES;
+use crate::checks::all;
+use crate::crosscheck::{Against, CASES};
 use turbid::engine::HAS_LIGGGHTS;
 
 pub(super) const CASE: Case = Case {
@@ -19,7 +20,7 @@ fn engines(_: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     for id in IDS {
         let case = CASES.iter().find(|case| case.id == id).expect("a case of the suite");
-        let checks = (case.run)(None)?.checks.into_iter();
+        let checks = all(&[case.outcome(&Against::liggghts())]).into_iter();
         for check in checks.filter(|check| check.tolerance.is_finite()) {
             let quantity = format!("{id}: difference of {}", check.quantity);
             found.absolute(quantity, check.measured, 0.0, check.tolerance);

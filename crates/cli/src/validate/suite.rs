@@ -54,8 +54,8 @@ fn outcome(case: &Case, parts: Vec<Timed>) -> Outcome {
     if let Ok(found) = &mut all {
         found.notes.extend(biases(&found.checks));
     }
-    let ending = if case.parts.is_empty() { Ending::Missing(MISSING) } else { all.into() };
-    Outcome::new(case.name, case.question, false, seconds, ending)
+    let ending = if case.parts.is_empty() { Ending::Missing(MISSING.to_string()) } else { all.into() };
+    Outcome::new(case.name, case.question, None, seconds, ending)
 }
 
 /// Mean signed deviations of the quantities that were checked at three points or more; a quantity is called the same up to the

@@ -42,9 +42,11 @@ fn of_states(states: &[State]) -> Outcome<Vec<State>> {
     read_states(cast_slice(states), &IDS, true)
 }
 
-fn contacts() -> Vec<ContactForce> {
+fn contacts() -> Vec<MeasuredContact> {
     let pairs = [(2, 5), (5, 9), (2, ContactState::of_wall(1))];
-    pairs.map(|(first, second)| ContactForce { first, second, force: [1.0; 3] }).to_vec()
+    let overlap = MeasuredOverlap { volume: 0.5, centroid: [0.25; 3] };
+    let contact = |(first, second)| ContactForce { first, second, force: [1.0; 3] };
+    pairs.map(|pair| MeasuredContact { contact: contact(pair), overlap }).to_vec()
 }
 
 /// All messages of both directions.
@@ -83,7 +85,11 @@ fn states_come_in_any_order_and_contacts_name_walls() {
     let mut reversed = states();
     reversed.reverse();
     assert_eq!(of_states(&reversed), Ok(states()));
-    assert_eq!(read_contacts(cast_slice(&contacts()), &IDS, 2), Ok(contacts()));
+    assert_eq!(read_contacts(cast_slice(&contacts()), &IDS, 2, true), Ok(contacts()));
+    let bare: Vec<ContactForce> = contacts().iter().map(|measured| measured.contact).collect();
+    let read = read_contacts(cast_slice(&bare), &IDS, 2, false).unwrap();
+    let forces = read.iter().map(|measured| measured.contact);
+    assert!(forces.eq(bare) && read.iter().all(|measured| measured.overlap == MeasuredOverlap::default()));
 }
 
 #[test]
@@ -103,16 +109,20 @@ fn a_state_or_contact_that_cannot_be_is_refused_with_its_field() {
     ] {
         assert!(text.contains(words) && text.contains("`states`"), "{text}");
     }
-    let contact = |change: &dyn Fn(&mut ContactForce)| {
+    let measured = |change: &dyn Fn(&mut MeasuredContact)| {
         let mut contacts = contacts();
         change(&mut contacts[1]);
-        read_contacts(cast_slice(&contacts), &IDS, 2).unwrap_err()
+        read_contacts(cast_slice(&contacts), &IDS, 2, true).unwrap_err()
     };
+    let contact = |change: &dyn Fn(&mut ContactForce)| measured(&|m| change(&mut m.contact));
     for (text, words) in [
         (contact(&|c| c.first = 3), "field `first` of record 1: there is no particle 3"),
         (contact(&|c| c.second = ContactState::of_wall(2)), "field `second` of record 1"),
         (contact(&|c| c.second = 5), "5 is not above `first`, 5"),
         (contact(&|c| c.force[1] = f64::NAN), "field `force` of record 1"),
+        (measured(&|m| m.overlap.volume = -1.0), "field `volume` of record 1: -1 is no volume"),
+        (measured(&|m| m.overlap.volume = f64::NAN), "field `volume` of record 1: NaN is no volume"),
+        (measured(&|m| m.overlap.centroid[2] = f64::INFINITY), "field `centroid` of record 1"),
         (contact(&|c| (c.first, c.second) = (2, 5)), "2 with 5 for the second time"),
     ] {
         assert!(text.contains("`contacts`") && text.contains(words), "{text}");
@@ -144,7 +154,8 @@ fn a_message_that_is_cut_or_of_another_version_is_an_error_and_not_a_panic() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100_000, ..ProptestConfig::default() })]
+    // More with PROPTEST_CASES.
+    #![proptest_config(ProptestConfig::with_cases(ProptestConfig::default().cases.max(100_000)))]
 
     #[test]
     fn any_bytes_behind_any_head_are_read_or_refused(
@@ -157,7 +168,7 @@ proptest! {
         let length = if length < 400 { (hello.len() + bytes.len()) as u64 } else { length };
         let head = [&kind.to_le_bytes()[..], &[0; 4], &length.to_le_bytes()].concat();
         read_messages(&[&head[..], &hello, &bytes].concat());
-        let _ = read_states(&bytes, &IDS, true).and(read_contacts(&bytes, &IDS, 2));
+        let _ = read_states(&bytes, &IDS, true).and(read_contacts(&bytes, &IDS, 2, greets));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::checks::{Check, Findings, Moment, write_tables};
-use crate::crosscheck::CASES;
+use crate::crosscheck::{Against, CASES};
 use std::fs;
 use std::sync::Arc;
 use turbid::math::Vec3;
@@ -36,7 +36,7 @@ fn a_case_leaves_its_plots_and_trajectories() {
         moments: vec![moment(0.0), moment(0.5)],
         ..Findings::default()
     };
-    let outcomes = [Outcome::of_engines("impact", "", || Ok(found))];
+    let outcomes = [Outcome::of_engines("impact", "", Against::liggghts().name, || Ok(found))];
     write_case(&directory, &outcomes[0]).unwrap();
     write_tables(&directory, "crosscheck", &outcomes).unwrap();
     let own = [

@@ -151,7 +151,7 @@ fn a_record_that_would_not_fit_is_refused_with_the_longest_time_that_does() {
 #[test]
 fn other_bodies_than_spheres_are_refused() {
     let cubes = setup(DRY, &["particles.0.shape.cube.edge=1e-3"]);
-    let error = run(&cubes, None, None).unwrap_err();
+    let error = run(&cubes, None, &Against::liggghts()).unwrap_err();
     assert_eq!(error.exit_code(), 2);
     assert!(error.to_string().contains("spheres"), "{error}");
 }
