@@ -81,6 +81,7 @@ impl Placer<'_> {
         self.number(&mut placed)?;
         notes.extend(self.relax(&mut placed));
         self.refuse_overlaps(&placed)?;
+        warnings.extend(self.grown_overlaps(&placed));
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
         let mut counted = Vec::new();
         if places {

@@ -50,7 +50,7 @@ pub(super) fn domain(
             key,
             &format!("the box is not a whole number of cells; it is {x:.6e} x {y:.6e} x {z:.6e} m here"),
             &format!("rounded to {} x {} x {} cells of {dx:.6e} m", cells[0], cells[1], cells[2]),
-            "",
+            "volume fractions are those of the rounded box; a `domain.size` in multiples of the cell is exact",
         ));
     }
     refuse_what_is_too_large(document, kinds, &domain)?;

@@ -33,7 +33,8 @@ pub struct Summary {
     pub settling_velocity_over_schiller_naumann: Option<f64>,
     /// Standard error of `settling_velocity_over_stokes` (-), by blocking (Flyvbjerg and Petersen 1989).
     pub standard_error: Option<f64>,
-    /// Difference of the means over the second and the first half of the averages, over the mean (-).
+    /// Difference of the means over the second and the first half of the averages, over the mean (-): of the settling velocity, or else of
+    /// the relative viscosity.
     pub drift: Option<f64>,
     /// `t*` at the end of the transient of the settling velocity, if one was found.
     pub transient_end: Option<f64>,
@@ -61,10 +62,10 @@ pub struct Summary {
     /// Relaxation time (time steps).
     #[serde(deserialize_with = "or_nan")]
     pub relaxation_time: f64,
-    /// Million cell updates per second over the whole run, output included.
+    /// Million cell updates per second since the run began or was resumed, output included.
     #[serde(deserialize_with = "or_nan")]
     pub mlups: f64,
-    /// Wall time of all steps (s).
+    /// Wall time of all steps since the run began or was resumed (s).
     pub wall_seconds: f64,
     /// Seconds per step by stage.
     pub stages: BTreeMap<String, f64>,

@@ -115,6 +115,15 @@ impl Study {
         }
     }
 
+    /// The command that repeats the study.
+    fn command(&self) -> String {
+        let command = format!("turbid study {}", self.path.display());
+        if self.out == default_directory(&self.path) {
+            return command;
+        }
+        format!("{command} --out {}", self.out.display())
+    }
+
     /// Seconds that a whole run takes by the cost model.
     fn estimate(&self, run: usize) -> f64 {
         *self.estimates[run].get_or_init(|| {
@@ -179,7 +188,7 @@ impl Study {
         Ok(Document {
             title: self.file.title.clone(),
             version: env!("CARGO_PKG_VERSION").to_string(),
-            command: format!("turbid study {}", self.path.display()),
+            command: self.command(),
             figures,
             tables,
             checks,

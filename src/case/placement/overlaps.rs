@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::packing::close_pairs;
 use crate::packing::relax::TOUCHING;
-use crate::particle::Particle;
+use crate::particle::{Particle, Template};
 use crate::wall::Surface;
 
 /// Overlaps that are named; the others are counted.
@@ -64,14 +64,10 @@ impl Placer<'_> {
         for (a, b) in close_pairs(&self.domain, &positions, &reaches) {
             let direct = positions[b] - positions[a];
             let offset = self.domain.nearest_image(direct);
-            let [one, other] = [a, b].map(|i| body(contours, &placed[i].particle));
+            let bodies = [a, b].map(|i| body(contours, &placed[i].particle));
             let most = allowed(placed[a].in_motion && placed[b].in_motion) * radius(a).min(radius(b));
-            let spheres = [&one, &other].iter().all(|body| body.grown.shape.as_sphere().is_some());
-            let depth = if spheres {
-                radius(a) + radius(b) - offset.norm()
-            } else {
-                overlap(Geometry::Exact, &one, &other, offset).map_or(0.0, |overlap| overlap.depth)
-            };
+            let spheres = are_spheres(&bodies);
+            let depth = depth_of(&bodies, offset);
             if depth <= most {
                 continue;
             }
@@ -103,6 +99,38 @@ impl Placer<'_> {
         let places = [(a, "one of them"), (b, "the other")];
         let places = if a == b { &[(a, "from here")][..] } else { &places[..] };
         Err(self.document.error_at(places, &title, &remedy))
+    }
+
+    /// Warns of surfaces that overlap only as they are grown for contacts, by more than half of what they are grown by: a packing was
+    /// made with another enlargement, and its particles would be thrown apart.
+    pub(super) fn grown_overlaps(&self, placed: &[Placed]) -> Option<String> {
+        let gap = self.enlargement;
+        let grown = |template: &Template| GrownShape::new(template.shape.clone(), gap);
+        let contours: Vec<GrownShape> = self.kinds.templates.iter().map(grown).collect();
+        let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
+        let bodies: Vec<Body> = placed.iter().map(|p| body(&contours, &p.particle)).collect();
+        let reaches: Vec<f64> = bodies.iter().map(|body| body.grown.shape.circumradius() + gap).collect();
+        let pairs = if gap > 0.0 && !placed.is_empty() {
+            close_pairs(&self.domain, &positions, &reaches)
+        } else {
+            Vec::new()
+        };
+        let depths = pairs.into_iter().map(|(a, b)| {
+            let offset = self.domain.nearest_image(positions[b] - positions[a]);
+            depth_of(&[bodies[a], bodies[b]], offset)
+        });
+        let deep: Vec<f64> = depths.filter(|depth| *depth > gap).collect();
+        let deepest = deep.iter().copied().reduce(f64::max)?;
+        let title = format!(
+            "{} pairs of particles touch too closely for surfaces that are grown for contacts",
+            deep.len()
+        );
+        let label = format!("up to {deepest:.3e} m deep, surfaces are grown by {gap:.3e} m each");
+        let remedy = format!(
+            "they will be pushed apart at the start: make a dry packing with `dry.enlargement = {gap:.6e}`, or set \
+             `contact.enlargement` to the value that the packing was made with"
+        );
+        Some(self.document.warning(&placed[0].key, &title, &label, &remedy))
     }
 
     fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
@@ -140,6 +168,20 @@ impl Placer<'_> {
             ),
         }
     }
+}
+
+fn are_spheres(bodies: &[Body; 2]) -> bool {
+    bodies.iter().all(|body| body.grown.shape.as_sphere().is_some())
+}
+
+/// Depth of the overlap of two bodies (m), the second at an offset from the first; negative for spheres apart, else 0.
+fn depth_of(bodies: &[Body; 2], offset: Vec3) -> f64 {
+    let [one, other] = bodies;
+    if are_spheres(bodies) {
+        let reach = |body: &Body| body.grown.shape.circumradius() + body.grown.enlargement;
+        return reach(one) + reach(other) - offset.norm();
+    }
+    overlap(Geometry::Exact, one, other, offset).map_or(0.0, |overlap| overlap.depth)
 }
 
 fn body<'a>(contours: &'a [GrownShape], particle: &Particle) -> Body<'a> {

@@ -202,7 +202,9 @@ impl Writer for Series<'_> {
         summary.settling_velocity_over_stokes = mean.map(|e| e.mean);
         summary.settling_velocity_over_schiller_naumann = mean.map(|e| e.mean * over_schiller_naumann);
         summary.standard_error = error(mean);
-        summary.drift = mean.and_then(|e| drift(&settling[first..], e.mean));
+        summary.drift = mean
+            .and_then(|e| drift(&settling[first..], e.mean))
+            .or_else(|| viscosity.and_then(|e| drift(&samples.viscosity[first..], e.mean)));
         summary.transient_end = settled.map(|(end, _)| end);
         summary.settled_mean = settled.map(|(_, e)| e.mean);
         summary.settled_standard_error = error(settled.map(|(_, e)| e));

@@ -100,6 +100,10 @@ fn headline(summary: &Summary, directory: &Path) -> String {
             .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
         lines.push(format!("mean settling velocity  {velocity:.4}{error} u_Stokes{other}"));
     }
+    if let Some(viscosity) = summary.relative_viscosity {
+        let error = plus_minus(summary.relative_viscosity_standard_error);
+        lines.push(format!("relative viscosity      {viscosity:.4}{error} (shear stress on both plates over that of the fluid alone)"));
+    }
     if let Some(drift) = summary.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
         lines.push(format!(
             "not steady              the second half of the averages is {:+.1} % off the first: run longer, or raise \
@@ -132,8 +136,8 @@ fn transient(summary: &Summary) -> Option<String> {
     let [from, _] = summary.averaged_over?;
     let Some((end, mean)) = summary.transient_end.zip(summary.settled_mean) else {
         return Some(
-            "not settled             no end of the transient was found: run longer, with 80 rows of series.csv at least \
-             (output.series_every)"
+            "not settled             no end of the transient was found: run longer, or write more rows of series.csv if it has \
+             fewer than 80 (output.series_every)"
                 .to_string(),
         );
     };

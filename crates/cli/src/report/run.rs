@@ -64,6 +64,7 @@ fn row(name: &str, summary: Option<&Summary>) -> Vec<(&'static str, String)> {
         ("from t*", of(|s| known(s.averaged_over.map(|[from, _]| from)))),
         ("transient ends at t*", of(|s| known(s.transient_end))),
         ("u / u_Stokes after it", of(|s| with_error(s.settled_mean, s.settled_standard_error))),
+        ("relative viscosity", of(|s| with_error(s.relative_viscosity, s.relative_viscosity_standard_error))),
         ("time", of(|s| duration(s.wall_seconds))),
     ]
 }
@@ -75,8 +76,12 @@ fn head(summary: &Summary) -> String {
         1 => "one thread".to_string(),
         threads => format!("{threads} threads"),
     };
+    // Time is counted since then.
+    let since = summary.resumed_from.map_or(String::new(), |first| {
+        format!(", the last {} of them, since the run was resumed,", summary.steps - first)
+    });
     format!(
-        "Turbid {}: {} particles, {fluid}, {} steps in {} on {threads}{end}. State hash `{}`.",
+        "Turbid {}: {} particles, {fluid}, {} steps{since} in {} on {threads}{end}. State hash `{}`.",
         summary.version,
         summary.particles,
         summary.steps,
@@ -113,6 +118,10 @@ fn tables(section: &mut Section, summary: &Summary) {
     .filter(|(_, value, _)| value.is_finite() && *value != 0.0)
     .map(|(name, value, unit)| vec![name.to_string(), number(value), unit.to_string()])
     .collect();
+    if summary.relative_viscosity.is_some() {
+        let value = with_error(summary.relative_viscosity, summary.relative_viscosity_standard_error);
+        rows.insert(0, vec!["relative viscosity".into(), value, String::new()]);
+    }
     let choices = [
         ("collision", &summary.collision),
         ("coupling", &summary.coupling),
@@ -132,9 +141,10 @@ fn tables(section: &mut Section, summary: &Summary) {
 fn settling(section: &mut Section, summary: &Summary) {
     let dash = || "-".to_string();
     let averaged = summary.averaged_over;
-    let end = summary
-        .transient_end
-        .map_or_else(|| "not found: run longer, with 80 rows of series.csv at least".into(), number);
+    let end = summary.transient_end.map_or_else(
+        || "not found: run longer, or write more rows of series.csv if it has fewer than 80".into(),
+        number,
+    );
     let rows = [
         ("mean over u_Stokes", with_error(summary.settling_velocity_over_stokes, summary.standard_error)),
         ("mean over u*", known(summary.settling_velocity_over_schiller_naumann)),
