@@ -16,6 +16,7 @@ pub(super) const CASE: Case = Case {
 const IDS: [&str; 5] = ["static-pair", "head-on", "restitution", "sliding", "free-flight"];
 
 /// Differences of both engines, and of each from theory.
+#[allow(clippy::unnecessary_wraps, reason = "as all parts of suites")]
 fn engines(_: &SuiteContext) -> Result<Findings> {
     let mut found = Findings::default();
     for id in IDS {
