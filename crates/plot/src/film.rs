@@ -18,6 +18,7 @@ pub fn film(
     encoder.set_compression(png::Compression::Balanced);
     encoder.set_animated(count, 0).map_err(failed)?;
     encoder.set_frame_delay(1, fps).map_err(failed)?;
+    encoder.validate_sequence(true);
     let mut writer = encoder.write_header().map_err(failed)?;
     for frame in frames {
         writer.write_image_data(&frame?.rgb((width, height))?).map_err(failed)?;

@@ -8,14 +8,14 @@ use super::vector::{Vector, add, combine, dot, length, scale, screen, sub, unit}
 use super::{Item, Mesh, in_parallel};
 
 /// Directions of the sky of a small scene, and the fewest of a large one.
-const SKY: usize = 144;
+const SKY: usize = 112;
 const LEAST_SKY: usize = 32;
 /// As many triangles as the maps of the sky take together.
-const SKY_TRIANGLES: usize = 24_000_000;
+const SKY_TRIANGLES: usize = 16_000_000;
 /// Cells along the edge of a map of the sky.
 const SKY_CELLS: u32 = 224;
 /// Directions of the sun, the sine of the angle that it is wide, and cells along the edge of its maps.
-const SUN: usize = 24;
+const SUN: usize = 16;
 const SUN_WIDTH: f32 = 0.06;
 const SUN_CELLS: u32 = 640;
 /// Cells by which what shades is nearer to the light, since a map is coarse.

@@ -69,12 +69,18 @@ fn a_point_is_seen_where_the_camera_places_it() {
 }
 
 #[test]
-fn a_body_that_others_shade_is_darker() {
-    let alone = view(vec![body([5.0; 3], 1.0, [200; 3])]);
-    let mut shaded = alone.clone();
-    let above = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|x| body([5.0 + x, 5.0, 7.5], 1.5, [200; 3]));
-    shaded.items.extend(above);
-    assert!(middle(&shaded)[0] + 20 < middle(&alone)[0], "{:?} {:?}", middle(&shaded), middle(&alone));
+fn a_body_in_the_shade_of_another_is_darker_and_one_among_others_is_darker_than_alone() {
+    // The middle of the page shows the face that looks at the sun.
+    let alone = view(vec![body([5.2, 5.0, 4.8], 1.0, [200; 3])]);
+    let with = |bodies: &[[f32; 3]], size: f32| {
+        let mut view = alone.clone();
+        view.items.extend(bodies.iter().map(|&at| body(at, size, [200; 3])));
+        middle(&view)[0]
+    };
+    let towards_the_sun = with(&[[3.6, 3.1, 7.6]], 2.0);
+    let beside = with(&[[2.5, 3.5, 4.0], [7.5, 3.5, 6.0], [5.0, 3.0, 2.5], [8.0, 2.0, 8.0]], 1.7);
+    let alone = middle(&alone)[0];
+    assert!(towards_the_sun + 40 < alone && beside + 5 < alone, "{towards_the_sun} {beside} {alone}");
 }
 
 #[test]

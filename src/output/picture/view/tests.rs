@@ -8,7 +8,7 @@ const BOX: Domain = Domain { periodic: [false; 3], cells: [10; 3], dx: 0.1 };
 const SPEED: Scale = Scale { label: "speed", unit: "m/s", range: (0.0, 1.0), colours: Colours::Viridis };
 
 fn shapes() -> Vec<Arc<dyn Shape>> {
-    let corners = [[0.0, 0.0, 0.2], [0.1, 0.0, -0.1], [-0.1, 0.1, -0.1], [-0.1, -0.1, -0.1]].map(Vec3::from);
+    let corners = [[0.0, 0.0, 0.4], [0.2, 0.0, -0.2], [-0.2, 0.2, -0.2], [-0.2, -0.2, -0.2]].map(Vec3::from);
     vec![
         Arc::new(Sphere { radius: 0.2 }),
         Arc::new(Ellipsoid::new(Vec3::new(0.1, 0.15, 0.2)).unwrap()),
