@@ -34,7 +34,8 @@ cargo_deb=3.8.0
 
 rm -rf "$out"
 mkdir -p "$out"
-cargo build --locked --profile dist --package turbid-cli
+# Together: cargo would compile all but the last crates a second time for the module (ffi/python/backend.py).
+cargo build --locked --profile dist --package turbid-cli ${wheel:+--package turbid-python}
 size=$(stat -c %s "$target/dist/turbid")
 [ "$size" -lt $limit ] || fail "the program has $size bytes, more than $limit: see [profile.dist] in Cargo.toml"
 stage=$target/dist/stage
