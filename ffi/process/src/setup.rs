@@ -9,6 +9,7 @@ use turbid_core::wall::{Surface, Wall};
 
 /// Name and abilities of an engine.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::struct_excessive_bools, reason = "keys of the protocol")]
 pub struct Hello {
     /// Its name, and its version if it has one, for messages; a saved state goes only to an engine of the same name.
     pub name: String,
