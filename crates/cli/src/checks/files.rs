@@ -4,7 +4,7 @@ use super::{Check, Ending, Outcome, all, markdown};
 use std::fs;
 use std::path::Path;
 use turbid::error::{Error, Result};
-use turbid::output::numbers::significant;
+use turbid::output::numbers::small;
 use turbid::output::picture::{Format, write_figure};
 use turbid::output::{Overlay, write_bytes};
 use turbid_plot::{Bars, Style};
@@ -75,7 +75,7 @@ pub fn write_bars(directory: &Path, name: &str, outcomes: &[Outcome]) -> Result<
         };
         let used = judged.iter().map(part).fold(0.0, f64::max);
         let passed = judged.iter().filter(|check| check.pass).count();
-        let text = format!("{} %, {passed} of {} checks", significant(100.0 * used, 2), judged.len());
+        let text = format!("{} %, {passed} of {} checks", small(100.0 * used), judged.len());
         (!judged.is_empty()).then(|| (outcome.case.clone(), used, text))
     };
     let engine = outcomes.iter().find_map(|outcome| outcome.engine).unwrap_or_default().label;
