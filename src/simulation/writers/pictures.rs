@@ -273,8 +273,8 @@ fn weight(setup: &Setup) -> f64 {
         let template = &setup.templates[p.template as usize];
         (template.density - density).abs() * template.shape.volume() * gravity.norm()
     };
-    let floor = size.product() / size[down];
-    setup.particles.iter().map(weight).sum::<f64>() * diameter(setup).powi(2) / floor
+    let (floor, diameter) = (size.product() / size[down], diameter(setup));
+    setup.particles.iter().map(weight).sum::<f64>() * diameter * diameter / floor
 }
 
 /// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start or prescribed, of a
