@@ -38,7 +38,7 @@ fn a_film_has_the_pictures_of_a_name_in_order_as_its_frames() {
     let film = frames(&place.path("out/a-b_c.png"));
     let pictures: Vec<Vec<u8>> = [5, 10, 15, 20]
         .iter()
-        .flat_map(|step| frames(&place.path(&format!("out/pictures/a-b_c_{step:010}.png"))))
+        .flat_map(|step| frames(&place.path(format!("out/pictures/a-b_c_{step:010}.png"))))
         .collect();
     assert!(film == pictures && film[0] != film[3]);
 }
@@ -52,7 +52,7 @@ fn a_film_that_cannot_be_made_is_refused_with_a_way_out_and_leaves_no_file() {
     assert!(refused(&place, &["--name", "pressure"]).contains("no pictures of the name `pressure`"));
     assert!(refused(&place, &[&name[..], &["--out", "film.gif"]].concat()).contains(".png or .mp4"));
     for step in [10, 15, 20] {
-        std::fs::remove_file(place.path(&format!("out/pictures/speed_{step:010}.png"))).unwrap();
+        std::fs::remove_file(place.path(format!("out/pictures/speed_{step:010}.png"))).unwrap();
     }
     let said = refused(&place, &name);
     assert!(said.contains("only one picture") && said.contains("picture_every"), "{said}");
