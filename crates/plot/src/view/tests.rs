@@ -78,7 +78,8 @@ fn a_body_in_the_shade_of_another_is_darker_and_one_among_others_is_darker_than_
         middle(&view)[0]
     };
     let towards_the_sun = with(&[[3.6, 3.1, 7.6]], 2.0);
-    let beside = with(&[[2.5, 3.5, 4.0], [7.5, 3.5, 6.0], [5.0, 3.0, 2.5], [8.0, 2.0, 8.0]], 1.7);
+    let beside =
+        with(&[[2.5, 3.5, 4.0], [7.5, 3.5, 6.0], [5.0, 3.0, 2.5], [8.0, 2.0, 8.0], [2.0, 6.0, 7.2]], 1.9);
     let alone = middle(&alone)[0];
     assert!(towards_the_sun + 40 < alone && beside + 5 < alone, "{towards_the_sun} {beside} {alone}");
 }
