@@ -6,7 +6,7 @@ use std::path::Path;
 use turbid::case::Setup;
 use turbid::math::Vec3;
 use turbid::output::OutputFiles;
-use turbid::output::directory::{CONTACTS, PARTICLES, PICTURES};
+use turbid::output::directory::{CONTACTS, PARTICLES};
 use turbid::simulation::RunOptions;
 use turbid::wall::{Motion, Surface, Wall};
 
@@ -70,7 +70,8 @@ fn a_dry_run_tells_of_walls_and_paths_and_of_no_fluid() {
     for absent in ["fields.pvd", "settling_velocity.png"] {
         assert!(!files.directory().join(absent).exists(), "{absent}");
     }
-    for present in [files.walls(), files.file(PICTURES, 0), files.collection(CONTACTS)] {
+    let picture = files.directory().join("pictures/view_0000000000.png");
+    for present in [files.walls(), picture, files.collection(CONTACTS)] {
         assert!(present.exists(), "{}", present.display());
     }
     for nothing in ["settling_velocity_over_stokes", "mach", "collision", "coupling", "force_balance"] {
