@@ -56,6 +56,9 @@ pub(super) struct ObserverState {
     /// The step at which it has written last.
     done: BTreeMap<String, u64>,
     states: BTreeMap<String, WriterState>,
+    /// Warnings so far; none in checkpoints of older versions.
+    #[serde(default)]
+    warnings: Option<Vec<String>>,
 }
 
 impl ObserverState {
@@ -112,6 +115,10 @@ impl<'a> Observer<'a> {
         for (writer, done) in self.writers.iter().zip(&mut self.done) {
             *done = state.done.get(writer.name()).copied();
         }
+        if let Some(warnings) = &state.warnings {
+            // Those of the saved case are among them.
+            self.warnings.splice(..self.setup.provenance.warnings.len(), warnings.iter().cloned());
+        }
         comm.agree(if self.is_root { self.resume_files(state) } else { Ok(()) })
     }
 
@@ -148,7 +155,8 @@ impl<'a> Observer<'a> {
         let states = comm.agree(states.transpose())?;
         let done = self.writers.iter().zip(&self.done);
         let done = done.filter_map(|(writer, done)| Some((writer.name().to_owned(), (*done)?)));
-        Ok(states.map(|states| ObserverState { done: done.collect(), states }))
+        let warnings = Some(self.warnings.clone());
+        Ok(states.map(|states| ObserverState { done: done.collect(), states, warnings }))
     }
 
     /// Writes what is due after the current step; `last` makes everything due that the run writes at all. Fails with a failure of

@@ -99,7 +99,12 @@ impl External {
             overlap(Geometry::Exact, &self.body(first), &self.body(second), offset)?
         };
         let (point, volume) = match measured.overlap {
-            own if own.volume > 0.0 => (own.centroid.into(), own.volume),
+            // Of spheres an engine may leave it out, of others it must not.
+            own if own.volume > 0.0
+                || root.hello.overlaps && self.body(first).grown.shape.as_sphere().is_none() =>
+            {
+                (own.centroid.into(), own.volume)
+            }
             _ => (position + overlap.point, overlap.volume),
         };
         Some(ContactState {

@@ -165,6 +165,11 @@ pub struct External {
 }
 
 impl External {
+    /// True if the overlaps of contacts are those that the engine has measured itself.
+    pub fn measures_overlaps(&self) -> bool {
+        self.root.as_ref().is_some_and(|root| root.hello.overlaps)
+    }
+
     /// The part of `all` that this rank owns or has as ghosts, with the engine set up on rank 0; all arguments are the same on
     /// every rank. Collective.
     ///

@@ -1,6 +1,8 @@
 //! Particles that overlap each other or a wall at the start.
 
 use super::{Placed, Placer};
+use crate::case::file::{MotionSection, NamedMotion};
+use crate::case::kinds::Kind;
 use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -115,7 +117,14 @@ impl Placer<'_> {
         } else {
             Vec::new()
         };
-        let depths = pairs.into_iter().map(|(a, b)| {
+        // Two bodies whose whole motion is prescribed exert no force on each other.
+        let moves = |i: usize| {
+            let is_of = |kind: &Kind| kind.templates().contains(&(placed[i].particle.template as usize));
+            let index = self.kinds.sections.iter().position(is_of);
+            let motion = index.and_then(|index| self.document.case.particles[index].motion.as_ref());
+            !matches!(motion, Some(MotionSection::Named(NamedMotion::Fixed)))
+        };
+        let depths = pairs.into_iter().filter(|&(a, b)| moves(a) || moves(b)).map(|(a, b)| {
             let offset = self.domain.nearest_image(positions[b] - positions[a]);
             depth_of(&[bodies[a], bodies[b]], offset)
         });

@@ -197,7 +197,10 @@ impl Writer for Pictures<'_> {
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
-        self.tops = parsed("pictures", state)?;
+        // Checkpoints of older versions have none.
+        if !state.is_null() {
+            self.tops = parsed("pictures", state)?;
+        }
         Ok(())
     }
 

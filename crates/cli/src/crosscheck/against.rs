@@ -13,7 +13,7 @@ use turbid::domain::Decomposition;
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::engine::process::{External, ExternalParams};
 use turbid::engine::{HAS_LIGGGHTS, ProcessOptions, liggghts_is_missing};
-use turbid::error::Result;
+use turbid::error::{Error, Result};
 use turbid::output::write_bytes;
 
 /// Stands for the name of the other engine in texts, until [`Against::judge`] puts it there.
@@ -135,25 +135,53 @@ impl Against {
 
     /// The engine with a system at its start, and with the laws that most engines have.
     pub(super) fn engine(&self, system: &System) -> Result<Box<dyn DemEngine>> {
-        let (law, damping) = SAME;
-        let contact = system.contact.clone().map(|contact| ContactModel { law, damping, ..contact });
-        let log = self.logs.as_ref().map(|logs| logs.join(format!("{}.log", system.name)));
-        let whole = Decomposition::solo(system.domain);
-        let (walls, gravity, substeps) = (system.walls.clone(), system.gravity, system.substeps);
-        let (templates, particles) = (system.templates.clone(), &system.particles);
-        if let Some(program) = &self.program {
-            let params = program.params(log, Arc::default());
-            let params = ExternalParams { contact, walls, gravity, substeps, ..params };
-            return Ok(Box::new(External::new(params, whole, &Comm::Solo, templates, particles)?));
+        if let Some(engine) = self.external(system)? {
+            return Ok(Box::new(engine));
         }
         #[cfg(feature = "liggghts")]
         {
+            let (law, damping) = SAME;
+            let contact = system.contact.clone().map(|contact| ContactModel { law, damping, ..contact });
+            let (walls, gravity, substeps) = (system.walls.clone(), system.gravity, system.substeps);
+            let log = self.log(system);
             let params =
                 LiggghtsParams { contact, walls, gravity, substeps, log, ..system.options.params()? };
-            Ok(Box::new(Liggghts::new(params, whole, &Comm::Solo, templates, particles)?))
+            let (whole, templates) = (Decomposition::solo(system.domain), system.templates.clone());
+            Ok(Box::new(Liggghts::new(params, whole, &Comm::Solo, templates, &system.particles)?))
         }
         #[cfg(not(feature = "liggghts"))]
         Err(liggghts_is_missing("`turbid crosscheck`"))
+    }
+
+    /// The same, of an engine that measures overlaps itself.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] if it does not, so that there is nothing to compare with.
+    pub(super) fn measuring(&self, system: &System) -> Result<Box<dyn DemEngine>> {
+        let engine = self.external(system)?.filter(External::measures_overlaps);
+        let what = "overlaps that it has measured itself".to_owned();
+        engine.map_or(Err(Error::Unsupported { engine: "other", what }), |engine| Ok(Box::new(engine)))
+    }
+
+    /// The program with a system at its start; none for LIGGGHTS.
+    fn external(&self, system: &System) -> Result<Option<External>> {
+        let Some(program) = &self.program else { return Ok(None) };
+        let params = ExternalParams {
+            contact: system.contact.clone().map(|contact| {
+                let (law, damping) = SAME;
+                ContactModel { law, damping, ..contact }
+            }),
+            walls: system.walls.clone(),
+            gravity: system.gravity,
+            substeps: system.substeps,
+            ..program.params(self.log(system), Arc::default())
+        };
+        let whole = Decomposition::solo(system.domain);
+        External::new(params, whole, &Comm::Solo, system.templates.clone(), &system.particles).map(Some)
+    }
+
+    fn log(&self, system: &System) -> Option<PathBuf> {
+        self.logs.as_ref().map(|logs| logs.join(format!("{}.log", system.name)))
     }
 
     /// The reason why a case says nothing of this engine, if it does not.

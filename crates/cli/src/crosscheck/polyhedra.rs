@@ -212,6 +212,11 @@ struct Worst {
     sums: [f64; 3],
 }
 
+/// The larger of two differences; one that is not finite is the worst.
+fn worse(a: f64, b: f64) -> f64 {
+    if b.is_finite() { a.max(b) } else { f64::INFINITY }
+}
+
 /// Brings bodies together in both engines and compares their overlaps; `closed` is the closed form of the volume (m^3) at a depth (m).
 fn compare(
     against: &Against,
@@ -226,7 +231,7 @@ fn compare(
     let start = |meeting: &Meeting| meeting.touching(&templates) + ahead(0);
     let mut system = system(name, &templates, meetings, start, spacing / STEP, 1e-12);
     system.substeps = FINE;
-    let mut engines = [system.native()?, against.engine(&system)?];
+    let mut engines = [system.native()?, against.measuring(&system)?];
     let loads = vec![Load::default(); system.particles.len()];
     let mut worst = vec![Worst::default(); kinds.len()];
     let mut apart = vec![[0.0_f64; 2]; meetings.len()];
@@ -246,7 +251,7 @@ fn compare(
                 [Some((volume, point)), Some((other, there))] => {
                     if let Some(exact) = closed(meeting, depth) {
                         let off = [volume, other].map(|volume| (volume / exact - 1.0).abs());
-                        worst.closed = worst.closed.max(off[0]).max(off[1]);
+                        worst.closed = worse(worse(worst.closed, off[0]), off[1]);
                         worst.sums[2] += if step == STEPS { exact } else { 0.0 };
                     }
                     if step == STEPS {
@@ -259,8 +264,8 @@ fn compare(
                 _ => [1.0; 2],
             };
             worst.overlaps += 1;
-            (worst.volume, worst.centroid) = (worst.volume.max(off), worst.centroid.max(shifted));
-            *apart = [apart[0].max(off), apart[1].max(shifted)];
+            (worst.volume, worst.centroid) = (worse(worst.volume, off), worse(worst.centroid, shifted));
+            *apart = [worse(apart[0], off), worse(apart[1], shifted)];
         }
     }
     let mut findings = Findings::default();

@@ -42,10 +42,10 @@ impl Driver for Host {
     fn compile(&self, source: &str, options: &str) -> Result<Arc<dyn Program>, String> {
         static COUNT: AtomicUsize = AtomicUsize::new(0);
         let number = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = |ending: &str| {
-            std::env::temp_dir().join(format!("turbid-kernels-{}-{number}.{ending}", std::process::id()))
-        };
-        let (written, built) = (path("cpp"), path("so"));
+        // A folder of its own, which nobody else has made.
+        let folder = std::env::temp_dir().join(format!("turbid-kernels-{}-{number}", std::process::id()));
+        std::fs::create_dir(&folder).map_err(|error| error.to_string())?;
+        let (written, built) = (folder.join("kernels.cpp"), folder.join("kernels.so"));
         let mut text = format!("{PRELUDE}{source}");
         for kernel in source.split("__kernel ").skip(1) {
             let (before, after) = kernel.split_once("void ").expect("a kernel returns nothing");
@@ -69,10 +69,8 @@ impl Driver for Host {
         let library = CString::new(built.as_os_str().as_encoded_bytes()).expect("a path");
         // SAFETY: the library has no code that runs as it is loaded.
         let handle = unsafe { libc::dlopen(library.as_ptr(), libc::RTLD_NOW) };
-        for path in [written, built] {
-            let _ = std::fs::remove_file(path);
-        }
-        if handle.is_null() {
+        let _ = std::fs::remove_dir_all(folder);
+        if !output.status.success() || handle.is_null() {
             return Err(String::from_utf8_lossy(&output.stderr).into_owned());
         }
         Ok(Arc::new(Library(handle as usize)))
