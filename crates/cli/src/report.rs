@@ -66,6 +66,15 @@ struct Source {
     pictures: u64,
 }
 
+/// Figures go through no link: a stranger's results may have one to anywhere.
+fn refuse_link(folder: &Path) -> Result<()> {
+    if folder.is_symlink() {
+        let source = std::io::Error::other("it is a link; remove it");
+        return Err(Error::io("write figures to", folder, source));
+    }
+    Ok(())
+}
+
 /// Draws the contents of `directory` into `out`, figures in the given formats.
 ///
 /// # Errors
@@ -88,6 +97,7 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
         }
         sections.push(section);
     }
+    refuse_link(&out.join(FIGURES))?;
     prepare(&out.join(FIGURES))?;
     for (source, section) in sources.iter().zip(&mut sections).filter(|(source, _)| source.is_study) {
         let from = source.directory.join(RESULT);

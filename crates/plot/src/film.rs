@@ -3,6 +3,9 @@
 use crate::image::Image;
 use std::io::{self, Write};
 
+/// Most bytes of the pixels of a picture that is read.
+const LARGEST: usize = 3 << 26;
+
 /// Writes an animated PNG of `count` frames of this size (pixels), `fps` a second, that starts again at its end. Smaller frames lie in
 /// the upper left corner of a white page. Errors are those of `out` and of `frames`; one that is larger, or another number of them,
 /// is of the kind `InvalidInput`.
@@ -41,7 +44,10 @@ impl Image {
         if reader.output_color_type() != (png::ColorType::Rgb, png::BitDepth::Eight) {
             return Err(invalid("no picture of eight bits a colour without transparency"));
         }
-        let size = reader.output_buffer_size().ok_or_else(|| invalid("too large"))?;
+        let size = reader
+            .output_buffer_size()
+            .filter(|size| *size <= LARGEST)
+            .ok_or_else(|| invalid("too large"))?;
         let mut rgb = vec![0; size];
         let info = reader.next_frame(&mut rgb).map_err(io::Error::from)?;
         let colours: Vec<[u8; 3]> = rgb.as_chunks().0.to_vec();
@@ -54,10 +60,10 @@ impl Image {
         if self.width() > width || self.height() > height {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "larger than its page"));
         }
-        let mut page = vec![255; (width * height * 3) as usize];
+        let mut page = vec![255; width as usize * height as usize * 3];
         for y in 0..self.height() {
             for x in 0..self.width() {
-                let at = 3 * (y * width + x) as usize;
+                let at = 3 * (y as usize * width as usize + x as usize);
                 page[at..at + 3].copy_from_slice(&self.colour(x, y));
             }
         }

@@ -145,7 +145,10 @@ impl View {
     }
 
     fn camera(&self) -> Camera {
-        let area = (1.5 * MARGIN, 2.6 * MARGIN, self.right() - MARGIN, self.size[1] as f32 - 1.5 * MARGIN);
+        // A page without room for its bars still has some for the box.
+        let end = |edge: f32, start: f32| edge.max(start + MARGIN);
+        let (l, t) = (1.5 * MARGIN, 2.6 * MARGIN);
+        let area = (l, t, end(self.right() - MARGIN, l), end(self.size[1] as f32 - 1.5 * MARGIN, t));
         Camera::new(self.from, self.up, self.edges, self.zoom, area)
     }
 

@@ -1,16 +1,19 @@
 //! `turbid film`: the pictures of a run as a moving one.
 
 use super::terminal::say;
+use crate::report::PICTURE;
 use clap::Args;
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use turbid::error::{Error, Result};
+use turbid::input::read_unlinked;
 use turbid::output::directory::{self, refuse_input};
 use turbid::output::picture::{Image, film as animated_png};
-use turbid::output::write_atomically;
+use turbid::output::{create_anew, write_atomically};
 
 /// Input and output of `turbid film`.
 #[derive(Debug, Args)]
@@ -35,7 +38,7 @@ pub(super) fn film(arguments: &FilmArguments) -> Result<()> {
     refuse_input(&out, &frames)?;
     let read = |path: &PathBuf| {
         let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", path.display()));
-        fs::read(path).and_then(|bytes| Image::from_png(&bytes)).map_err(named)
+        read_unlinked(path, PICTURE).and_then(|bytes| Image::from_png(&bytes)).map_err(named)
     };
     let mut size = (0, 0);
     for path in &frames {
@@ -102,18 +105,28 @@ fn mp4(
     // H.264 takes even sizes.
     let size = (size.0.next_multiple_of(2), size.1.next_multiple_of(2));
     let partial = out.with_extension("mp4.tmp");
+    // It exists, and is no link, before ffmpeg writes it. As a bare name it could be an option or a protocol.
+    let url = create_anew(&partial).and_then(|_| std::path::absolute(&partial)).map(|path| {
+        let mut url = OsString::from("file:");
+        url.push(path);
+        url
+    });
+    let url = url.map_err(|source| Error::io("write", out, source))?;
     let mut command = Command::new("ffmpeg");
     command.args(["-nostdin", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s"]);
     command.arg(format!("{}x{}", size.0, size.1)).args(["-r", &fps.to_string(), "-i", "pipe:0"]);
-    command.args(["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-f", "mp4"]).arg(&partial);
+    command.args(["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-f", "mp4"]).arg(url);
     let spawned = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();
-    let mut child = spawned.map_err(|source| match source.kind() {
-        io::ErrorKind::NotFound => Error::Input(
-            "an MP4 needs the program ffmpeg, which is not installed\n  install it, or write an animated PNG with --out \
-             FILE.png"
-                .to_owned(),
-        ),
-        _ => Error::io("start", Path::new("ffmpeg"), source),
+    let mut child = spawned.map_err(|source| {
+        let _ = fs::remove_file(&partial);
+        match source.kind() {
+            io::ErrorKind::NotFound => Error::Input(
+                "an MP4 needs the program ffmpeg, which is not installed\n  install it, or write an animated PNG with --out \
+                 FILE.png"
+                    .to_owned(),
+            ),
+            _ => Error::io("start", Path::new("ffmpeg"), source),
+        }
     })?;
     let mut input = child.stdin.take().expect("was asked for");
     let sent = frames.try_for_each(|frame| input.write_all(&frame?.rgb(size)?));

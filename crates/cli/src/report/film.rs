@@ -55,10 +55,13 @@ fn strip(film: &Film, budget: u64, time_step: Option<f64>) -> String {
     let of =
         |(step, path, _): &&(u64, PathBuf, u64)| Some((*step, input::read_unlinked(path, PICTURE).ok()?));
     let frames: Vec<(u64, Vec<u8>)> = frames.iter().filter_map(of).collect();
-    let Some(last) = frames.len().checked_sub(1) else {
-        return String::new();
-    };
     let (name, all) = (escaped(&film.name.replace('_', " ")), film.frames.len());
+    let Some(last) = frames.len().checked_sub(1) else {
+        let folder = PICTURES.name();
+        return format!(
+            "<p class=\"note\">{all} pictures {name} are in <code>{folder}</code>, too large for this page.</p>\n"
+        );
+    };
     let mut html =
         format!("<section class=\"film\" aria-label=\"Pictures: {name}\">\n<div class=\"strip\">\n");
     for (at, (step, png)) in frames.iter().enumerate() {
@@ -84,13 +87,13 @@ fn strip(film: &Film, budget: u64, time_step: Option<f64>) -> String {
     html + "</section>\n"
 }
 
-/// As many frames as fit, at even distances, always with the last one.
+/// As many frames as fit, at even distances, with the last one if there are any.
 fn chosen(frames: &[(u64, PathBuf, u64)], budget: u64) -> Vec<&(u64, PathBuf, u64)> {
     let total: u64 = frames.iter().map(|frame| frame.2).sum();
     if total <= budget {
         return frames.iter().collect();
     }
-    let count = ((frames.len() as f64 * budget as f64 / total as f64) as usize).max(1);
+    let count = (frames.len() as f64 * budget as f64 / total as f64) as usize;
     (1..=count).map(|i| &frames[i * frames.len() / count - 1]).collect()
 }
 

@@ -62,7 +62,10 @@ impl Lights {
         (centre, radius): (Vector, f32),
         threads: usize,
     ) -> Self {
-        let (right, screen_up) = screen(back, up);
+        // Seen along the vertical, any two sides across it serve.
+        let aside = if up[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
+        let is_along = length(sub(back, scale(up, dot(back, up)))) < 0.05;
+        let (right, screen_up) = screen(if is_along { up } else { back }, if is_along { aside } else { up });
         let level = unit(sub(back, scale(up, dot(back, up))));
         let level = if length(level) > 0.5 { level } else { screen_up };
         let sides = [right, level, up];
