@@ -10,7 +10,8 @@ pub(super) const PARTIAL_SUFFIX: &str = ".tmp";
 
 /// Writes a file under another name, syncs it to disk, and renames it to `path`, whose directory may be missing.
 ///
-/// After an error neither `path` has changed nor is anything left beside it.
+/// After an error neither `path` has changed nor is anything left beside it. A left-over of that other name is replaced; if it is a
+/// symbolic link, nothing is written through it.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -20,7 +21,7 @@ pub fn write_atomically(
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
         }
-        let mut file = BufWriter::with_capacity(1 << 18, File::create(&partial)?);
+        let mut file = BufWriter::with_capacity(1 << 18, create_fresh(&partial)?);
         write(&mut file)?;
         file.flush()?;
         // Some file systems report a full disk only here.
@@ -38,6 +39,17 @@ pub fn write_atomically(
 /// [`write_atomically`] for contents that are in memory.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically(path, |file| file.write_all(bytes))
+}
+
+/// Creates a file that was not there. One of this name that an earlier attempt left is removed, and a link itself.
+fn create_fresh(path: &Path) -> io::Result<File> {
+    match File::create_new(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            fs::remove_file(path)?;
+            File::create_new(path)
+        }
+        created => created,
+    }
 }
 
 fn partial_name(path: &Path) -> PathBuf {
@@ -65,14 +77,32 @@ mod tests {
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
     }
 
-    /// The partial file is a link to `/dev/full`, where every write fails as on a full disk.
+    #[test]
+    fn a_link_of_the_partial_name_is_replaced_and_what_it_leads_to_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let [path, other] = ["view.png", "other"].map(|name| directory.path().join(name));
+        fs::write(&other, "mine").unwrap();
+        std::os::unix::fs::symlink(&other, partial_name(&path)).unwrap();
+        write_bytes(&path, b"new").unwrap();
+        assert_eq!(
+            (fs::read(&other).unwrap(), fs::read(&path).unwrap()),
+            (b"mine".to_vec(), b"new".to_vec())
+        );
+        assert!(fs::symlink_metadata(&path).unwrap().is_file());
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
+    }
+
+    /// On `/dev/full` every write fails as on a full disk.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error_even_if_everything_fits_the_buffer() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("small.json");
-        std::os::unix::fs::symlink("/dev/full", partial_name(&path)).unwrap();
-        let error = write_bytes(&path, b"{}").unwrap_err();
+        let error = write_atomically(&path, |file| {
+            *file = BufWriter::new(File::options().write(true).open("/dev/full")?);
+            file.write_all(b"{}")
+        })
+        .unwrap_err();
         assert!(matches!(&error, Error::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull));
         assert_eq!(error.exit_code(), 2);
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
