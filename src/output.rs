@@ -28,7 +28,7 @@ pub mod vti;
 mod vtk_reader;
 pub mod walls;
 
-pub use atomic::{create_anew, write_atomically, write_bytes};
+pub use atomic::{write_atomically, write_bytes};
 pub use contacts::{contacts, force_chains};
 pub use directory::{Numbered, OutputFiles};
 #[cfg(feature = "pictures")]

@@ -1,7 +1,7 @@
 //! Files that appear whole or not at all.
 
 use crate::error::{Error, Result};
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,8 @@ pub(super) const PARTIAL_SUFFIX: &str = ".tmp";
 
 /// Writes a file under another name, syncs it to disk, and renames it to `path`, whose directory may be missing.
 ///
-/// After an error neither `path` has changed nor is anything left beside it.
+/// After an error neither `path` has changed nor is anything left beside it. A left-over of that other name is replaced; if it is a
+/// symbolic link, nothing is written through it.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
@@ -20,7 +21,7 @@ pub fn write_atomically(
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
         }
-        let mut file = BufWriter::with_capacity(1 << 18, create_anew(&partial)?);
+        let mut file = BufWriter::with_capacity(1 << 18, create_fresh(&partial)?);
         write(&mut file)?;
         file.flush()?;
         // Some file systems report a full disk only here.
@@ -40,14 +41,14 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically(path, |file| file.write_all(bytes))
 }
 
-/// Creates a file in place of one that a stopped program has left; a link of that name is removed, not followed.
-///
-/// # Errors
-/// Those of the file system.
-pub fn create_anew(path: &Path) -> io::Result<File> {
-    match fs::remove_file(path) {
-        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-        _ => OpenOptions::new().write(true).create_new(true).open(path),
+/// Creates a file that was not there. One of this name that an earlier attempt left is removed, and a link itself.
+fn create_fresh(path: &Path) -> io::Result<File> {
+    match File::create_new(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            fs::remove_file(path)?;
+            File::create_new(path)
+        }
+        created => created,
     }
 }
 
@@ -76,31 +77,34 @@ mod tests {
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 1);
     }
 
-    /// `/dev/full` stands for the file, where every write fails as on a full disk.
+    #[test]
+    fn a_link_of_the_partial_name_is_replaced_and_what_it_leads_to_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let [path, other] = ["view.png", "other"].map(|name| directory.path().join(name));
+        fs::write(&other, "mine").unwrap();
+        std::os::unix::fs::symlink(&other, partial_name(&path)).unwrap();
+        write_bytes(&path, b"new").unwrap();
+        assert_eq!(
+            (fs::read(&other).unwrap(), fs::read(&path).unwrap()),
+            (b"mine".to_vec(), b"new".to_vec())
+        );
+        assert!(fs::symlink_metadata(&path).unwrap().is_file());
+        assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 2);
+    }
+
+    /// On `/dev/full` every write fails as on a full disk.
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error_even_if_everything_fits_the_buffer() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("small.json");
         let error = write_atomically(&path, |file| {
-            *file = BufWriter::new(OpenOptions::new().write(true).open("/dev/full")?);
+            *file = BufWriter::new(File::options().write(true).open("/dev/full")?);
             file.write_all(b"{}")
         })
         .unwrap_err();
         assert!(matches!(&error, Error::Io { source, .. } if source.kind() == io::ErrorKind::StorageFull));
         assert_eq!(error.exit_code(), 2);
         assert_eq!(fs::read_dir(directory.path()).unwrap().count(), 0);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn a_link_with_the_name_of_the_partial_file_is_not_followed() {
-        let directory = tempfile::tempdir().unwrap();
-        let [path, other] = ["small.json", "other"].map(|name| directory.path().join(name));
-        fs::write(&other, "of somebody else").unwrap();
-        std::os::unix::fs::symlink(&other, partial_name(&path)).unwrap();
-        write_bytes(&path, b"{}").unwrap();
-        assert_eq!(fs::read_to_string(&other).unwrap(), "of somebody else");
-        assert_eq!(fs::read_to_string(&path).unwrap(), "{}");
     }
 }

@@ -30,7 +30,7 @@ mod own;
 use super::pieces;
 use crate::checkpoint;
 use crate::error::{Error, Result};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -178,6 +178,11 @@ impl OutputFiles {
         self.directory.join(SCRIPT)
     }
 
+    /// Returns true if the [script](Self::script) is that of a run; another file of this name is the user's.
+    pub fn has_own_script(&self) -> bool {
+        own::is_own_script(&self.script())
+    }
+
     /// The time series of single particles.
     pub fn particle_series(&self) -> PathBuf {
         self.directory.join(PATHS)
@@ -207,14 +212,25 @@ impl OutputFiles {
     }
 }
 
-/// Names and steps of the pictures in an output directory, in no order; [`Error::Io`] if their folder cannot be read.
-pub fn pictures(directory: &Path) -> Result<Vec<(String, u64)>> {
+/// Pictures that are named alike: step, file and its length in bytes, ascending by step.
+pub type PicturesOfName = Vec<(u64, PathBuf, u64)>;
+
+/// The pictures in an output directory by name, regular files only; [`Error::Io`] if their folder cannot be read.
+pub fn pictures(directory: &Path) -> Result<BTreeMap<String, PicturesOfName>> {
     let all = own::frames(directory, PICTURES);
     let all = all.map_err(|source| Error::io("read", &directory.join(PICTURES.folder), source))?;
-    let whole = all.iter().filter(|own| own.is_whole_file());
-    let named =
-        |own: &own::Own| Some((own.of.file_stem()?.to_str()?.rsplit_once('_')?.0.to_owned(), own.step?));
-    Ok(whole.filter_map(named).collect())
+    let mut pictures: BTreeMap<_, PicturesOfName> = BTreeMap::new();
+    for own in all.into_iter().filter(|own| own.path == own.of) {
+        let name = own.of.file_stem().and_then(|stem| Some(stem.to_str()?.rsplit_once('_')?.0.to_owned()));
+        let data = fs::symlink_metadata(&own.path).ok().filter(fs::Metadata::is_file);
+        if let (Some(name), Some(step), Some(data)) = (name, own.step, data) {
+            pictures.entry(name).or_default().push((step, own.path, data.len()));
+        }
+    }
+    for frames in pictures.values_mut() {
+        frames.sort();
+    }
+    Ok(pictures)
 }
 
 /// [`claim`] and [`prepare`], before anything is computed, so that a run cannot fail at its first output after hours. Errors:

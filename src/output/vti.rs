@@ -241,9 +241,14 @@ mod tests {
     fn a_disk_that_fills_up_is_an_error_and_leaves_no_file() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("fields.vti");
-        std::os::unix::fs::symlink("/dev/full", directory.path().join("fields.vti.tmp")).unwrap();
         let (domain, fields) = example([31, 40, 55]);
-        let error = write_fields(&path, &domain, &whole(&domain), TIME, &fields).unwrap_err();
+        let arrays: [&[f32]; 3] = [fields.velocity.as_flattened(), &fields.pressure, &fields.solid_fraction];
+        let (block, full) = (whole(&domain), std::fs::File::options().write(true).open("/dev/full").unwrap());
+        let error = write_atomically(&path, |file| {
+            *file = io::BufWriter::new(full);
+            write_image(file, &image(&block, domain.dx), &block, TIME, &arrays)
+        })
+        .unwrap_err();
         assert!(matches!(&error, Error::Io { path, .. } if path.ends_with("fields.vti")), "{error}");
         assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 0);
     }

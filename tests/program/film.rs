@@ -60,6 +60,45 @@ fn a_film_that_cannot_be_made_is_refused_with_a_way_out_and_leaves_no_file() {
 }
 
 #[test]
+fn an_mp4_is_what_ffmpeg_makes_of_the_pixels_under_any_name_and_nothing_is_written_through_a_link() {
+    let place = run();
+    place.write("other", "mine");
+    std::fs::create_dir(place.path("bin")).unwrap();
+    let ffmpeg = |script: &str| {
+        place.write("bin/ffmpeg", script);
+        let executable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+        std::fs::set_permissions(place.path("bin/ffmpeg"), executable).unwrap();
+    };
+    let film = |out: &str| {
+        let out = format!("--out={out}");
+        let mut command = place.turbid(&["film", "out", "--name", "a-b_c", &out]);
+        let path = format!("{}:/usr/bin:/bin", place.path("bin").display());
+        command.env("PATH", path).output().unwrap().status.code()
+    };
+    // It writes its input to its last argument.
+    ffmpeg("#!/bin/sh\nfor last; do :; done\ncat > \"${last#file:}\"\n");
+    for out in ["film.mp4", "-x.mp4", "a:b.mp4"] {
+        std::os::unix::fs::symlink(place.path("other"), place.path(format!("{out}.tmp"))).unwrap();
+        assert_eq!(film(out), Some(0), "{out}");
+        assert_eq!(std::fs::metadata(place.path(out)).unwrap().len(), 4 * 400 * 300 * 3, "{out}");
+        assert!(!place.path(format!("{out}.tmp")).exists());
+    }
+    assert_eq!(std::fs::read_to_string(place.path("other")).unwrap(), "mine");
+    ffmpeg("#!/bin/sh\ncat > /dev/null\necho half\nexit 1\n");
+    assert_eq!(film("half.mp4"), Some(2));
+    assert!(!place.path("half.mp4").exists() && !place.path("half.mp4.tmp").exists());
+}
+
+#[test]
+fn a_picture_that_is_a_link_is_no_frame() {
+    let place = run();
+    let last = place.path(format!("out/pictures/speed_{:010}.png", 20));
+    std::fs::rename(&last, place.path("elsewhere.png")).unwrap();
+    std::os::unix::fs::symlink(place.path("elsewhere.png"), &last).unwrap();
+    assert!(place.well(&["film", "out", "--name", "speed"]).contains("3 pictures"));
+}
+
+#[test]
 fn an_mp4_without_ffmpeg_is_refused_and_names_the_other_format() {
     let place = run();
     let mut command = place.turbid(&["film", "out", "--name", "speed", "--out", "film.mp4"]);

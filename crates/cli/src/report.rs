@@ -62,17 +62,6 @@ struct Source {
     is_study: bool,
     /// Path from the page to the directory, empty or with a slash at its end; none if it is not below the page.
     from_page: Option<String>,
-    /// Most bytes of pictures on the page.
-    pictures: u64,
-}
-
-/// Figures go through no link: a stranger's results may have one to anywhere.
-fn refuse_link(folder: &Path) -> Result<()> {
-    if folder.is_symlink() {
-        let source = std::io::Error::other("it is a link; remove it");
-        return Err(Error::io("write figures to", folder, source));
-    }
-    Ok(())
 }
 
 /// Draws the contents of `directory` into `out`, figures in the given formats.
@@ -81,11 +70,10 @@ fn refuse_link(folder: &Path) -> Result<()> {
 /// [`Error::Input`] if there is nothing to draw, or a file is not of its kind; [`Error::Io`] if one cannot be read or written.
 pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report> {
     let mut sources = sources(directory)?;
-    let count = sources.len() as u64;
     for source in &mut sources {
         source.from_page = from_page(out, &source.directory);
-        source.pictures = PICTURES / count;
     }
+    let (mut left, mut behind) = (PICTURES, sources.len() as u64);
     let is_alone = sources.len() == 1;
     let mut sections = Vec::new();
     for source in &sources {
@@ -93,12 +81,20 @@ pub fn report(directory: &Path, out: &Path, formats: &[Format]) -> Result<Report
         if source.is_study {
             study::describe(&mut section, source)?;
         } else {
-            run::describe(&mut section, source)?;
+            run::describe(&mut section, source, left / behind, &mut left)?;
         }
+        behind -= 1;
         sections.push(section);
     }
-    refuse_link(&out.join(FIGURES))?;
-    prepare(&out.join(FIGURES))?;
+    let folder = out.join(FIGURES);
+    if folder.is_symlink() {
+        return Err(Error::Input(format!(
+            "{} is a symbolic link, and a report writes files of its own there\n  remove the link, or choose another directory with \
+             --out DIR",
+            folder.display()
+        )));
+    }
+    prepare(&folder)?;
     for (source, section) in sources.iter().zip(&mut sections).filter(|(source, _)| source.is_study) {
         let from = source.directory.join(RESULT);
         if out != directory && from.is_file() {
@@ -238,7 +234,6 @@ fn source(directory: &Path) -> Option<Source> {
         name: name(directory),
         is_study,
         from_page: None,
-        pictures: 0,
     })
 }
 

@@ -3,12 +3,12 @@
 use crate::image::Image;
 use std::io::{self, Write};
 
-/// Most bytes of the pixels of a picture that is read.
-const LARGEST: usize = 3 << 26;
+/// Most pixels of a picture or a page of a film. The size in a file may be forged.
+const MOST_PIXELS: u64 = 64 << 20;
 
 /// Writes an animated PNG of `count` frames of this size (pixels), `fps` a second, that starts again at its end. Smaller frames lie in
-/// the upper left corner of a white page. Errors are those of `out` and of `frames`; one that is larger, or another number of them,
-/// is of the kind `InvalidInput`.
+/// the upper left corner of a white page. Errors are those of `out` and of `frames`; one that is larger, or another number of them, or
+/// pages of more than 64 Mpixel, is of the kind `InvalidInput`.
 pub fn film(
     out: impl Write,
     (width, height): (u32, u32),
@@ -44,23 +44,29 @@ impl Image {
         if reader.output_color_type() != (png::ColorType::Rgb, png::BitDepth::Eight) {
             return Err(invalid("no picture of eight bits a colour without transparency"));
         }
-        let size = reader
-            .output_buffer_size()
-            .filter(|size| *size <= LARGEST)
-            .ok_or_else(|| invalid("too large"))?;
+        let (width, height) = reader.info().size();
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            return Err(invalid("it has more than 64 million pixels"));
+        }
+        let size = reader.output_buffer_size().ok_or_else(|| invalid("too large"))?;
         let mut rgb = vec![0; size];
         let info = reader.next_frame(&mut rgb).map_err(io::Error::from)?;
+        rgb.truncate(info.buffer_size());
         let colours: Vec<[u8; 3]> = rgb.as_chunks().0.to_vec();
         Ok(Self::new(info.width, info.height, &colours))
     }
 
     /// Red, green and blue of a white page of at least its own size with the image in its upper left corner, row by row; a smaller
-    /// page is an error of the kind `InvalidInput`.
+    /// page, or one of more than 64 Mpixel, is an error of the kind `InvalidInput`.
     pub fn rgb(&self, (width, height): (u32, u32)) -> io::Result<Vec<u8>> {
         if self.width() > width || self.height() > height {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "larger than its page"));
         }
-        let mut page = vec![255; width as usize * height as usize * 3];
+        if u64::from(width) * u64::from(height) > MOST_PIXELS {
+            let large = "the frames of a film lie on one page, which would have more than 64 million pixels";
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, large));
+        }
+        let mut page = vec![255; 3 * width as usize * height as usize];
         for y in 0..self.height() {
             for x in 0..self.width() {
                 let at = 3 * (y as usize * width as usize + x as usize);
@@ -96,6 +102,21 @@ mod tests {
         let frame = |width: u32| Ok(Image::new(width, 1, &vec![[0; 3]; width as usize]));
         assert!(film(Vec::new(), (2, 1), (2, 10), [frame(2)]).is_err());
         assert!(film(Vec::new(), (2, 1), (1, 10), [frame(3)]).is_err());
+    }
+
+    /// Sizes of 2^34 and of 2^32 + 2 pixels: neither fits memory, nor 32 bits.
+    #[test]
+    fn a_forged_size_is_an_error() {
+        for (width, height) in [(1_u32 << 17, 1 << 17), (2, (1 << 31) - 1)] {
+            let mut bytes = Vec::new();
+            let mut encoder = png::Encoder::new(&mut bytes, width, height);
+            encoder.set_color(png::ColorType::Rgb);
+            drop(encoder.write_header().unwrap());
+            let said = Image::from_png(&bytes).unwrap_err().to_string();
+            assert!(said.contains("64 million"), "{said}");
+            let image = Image::new(1, 1, &[[0; 3]]);
+            assert!(image.rgb((width, height)).unwrap_err().to_string().contains("64 million"));
+        }
     }
 
     #[test]

@@ -16,7 +16,7 @@ impl Image {
     /// A white image of at least one pixel.
     pub(crate) fn white(width: u32, height: u32) -> Self {
         let (width, height) = (width.max(1), height.max(1));
-        Self::new(width, height, &vec![[255; 3]; (width * height) as usize])
+        Self::new(width, height, &vec![[255; 3]; width as usize * height as usize])
     }
 
     /// The image with given pixels, row by row from the top.

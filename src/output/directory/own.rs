@@ -1,10 +1,11 @@
 //! The files in an output directory that have the name of a file of a run.
 
-use super::{Kind, LOGS, Numbered, folders, numbered, top};
+use super::{Kind, LOGS, Numbered, SCRIPT, folders, numbered, top};
+use crate::input;
 use crate::output::atomic::PARTIAL_SUFFIX;
 use crate::output::pieces;
 use std::fs::{self, FileType};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// A file of a run, or the folder of the pieces of one.
@@ -72,10 +73,28 @@ pub(super) fn there(directory: &Path, names: &[impl AsRef<str>]) -> Vec<Own> {
 /// All files of a run but its log, finished or partial, whole or in pieces; the folder of pieces behind them.
 pub(super) fn all(directory: &Path, more: &[Kind]) -> io::Result<Vec<Own>> {
     let mut all = there(directory, &top(more));
+    all.retain(|own| own.partial || !own.of.ends_with(SCRIPT) || is_own_script(&own.path));
     for kind in numbered(more) {
         all.extend(frames(directory, kind)?);
     }
     Ok(all)
+}
+
+/// How the script of a run begins.
+const SCRIPT_HEAD: &[u8] = b"\"\"\"Opens the results of the run in this folder in ParaView";
+
+/// Returns true for a script of a run, of any version; its name is a usual one, and a user may have given it to another file.
+pub(super) fn is_own_script(path: &Path) -> bool {
+    let mut head = Vec::new();
+    let read = input::open_unlinked(path)
+        .and_then(|file| file.take(SCRIPT_HEAD.len() as u64).read_to_end(&mut head));
+    read.is_ok() && head == SCRIPT_HEAD
+}
+
+/// Returns true for the digits of a step behind a name that may be anybody's: ten, or eleven that need as many. No run takes more steps;
+/// dates and times have twelve digits or more.
+fn is_step(digits: &str) -> bool {
+    digits.len() == 10 || digits.len() == 11 && !digits.starts_with('0')
 }
 
 /// The files of a kind, as [`all`].
@@ -89,7 +108,7 @@ pub(super) fn frames(directory: &Path, kind: Numbered) -> io::Result<Vec<Own>> {
     let index = extension.replacen('.', ".p", 1);
     let mut add = |path: PathBuf, frame: &str, partial: bool, kind: FileType| {
         let digits = match prefix {
-            "" => frame.rsplit_once('_').map(|(_, digits)| digits).filter(|digits| digits.len() >= 10),
+            "" => frame.rsplit_once('_').map(|(_, digits)| digits).filter(|digits| is_step(digits)),
             prefix => frame.strip_prefix(prefix),
         };
         let step = Some(digits.filter(|digits| pieces::is_number(digits))?.parse().ok()?);

@@ -37,6 +37,9 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
         directory.join("fields/fields_best.vti"),
         directory.join("pictures/best_1.png"),
         directory.join("pictures/0000000001.png"),
+        directory.join("pictures/photo_20260101120000.png"),
+        directory.join("pictures/photo_00000000001.png"),
+        files.script(),
         directory.join("particles/fields_0000000001.vti"),
         directory.join("summary.json.bak"),
         directory.join("contacts/contacts_0000000006/notes.txt"),
@@ -62,9 +65,33 @@ fn an_earlier_run_is_cleared_and_foreign_files_stay() {
     }
     assert!(!directory.join("fields/fields_0000000005").exists(), "an empty folder");
     let left = fs::read_dir(&directory).unwrap().count();
-    assert_eq!(left, 9, "eight folders, two foreign files, no probe");
+    assert_eq!(left, 10, "eight folders, three foreign files, no probe");
     let left: Vec<_> = fs::read_dir(files.checkpoints()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["mine"]);
+}
+
+#[test]
+fn pictures_are_regular_files_with_a_step_by_name_in_order() {
+    let root = tempfile::tempdir().unwrap();
+    let directory = root.path();
+    fs::create_dir(directory.join("pictures")).unwrap();
+    let file = |name: &str, step| PICTURES.named_file(directory, name, step);
+    for path in [file("a_b", 12_345_678_901), file("a_b", 5), directory.join("pictures/a_b_7.png")] {
+        fs::write(path, "xyz").unwrap();
+    }
+    std::os::unix::fs::symlink(file("a_b", 5), file("linked", 6)).unwrap();
+    let expected = [5, 12_345_678_901].map(|step| (step, file("a_b", step), 3));
+    assert_eq!(pictures(directory).unwrap(), BTreeMap::from([("a_b".to_owned(), expected.to_vec())]));
+}
+
+#[test]
+fn the_script_of_an_earlier_run_is_cleared() {
+    let root = tempfile::tempdir().unwrap();
+    let script = OutputFiles::new(root.path()).script();
+    fs::write(&script, include_str!("../../simulation/writers/open.py")).unwrap();
+    assert!(refuse_results(root.path(), &[]).is_err());
+    clear(root.path(), &[]).unwrap();
+    assert!(!script.exists());
 }
 
 #[test]

@@ -200,7 +200,10 @@ impl Writer for Walls<'_> {
             *walls_written = true;
         }
         if !*script_written {
-            write_bytes(&files.script(), SCRIPT.as_bytes())?;
+            // A user's own file of this name stays.
+            if files.has_own_script() || !files.script().exists() {
+                write_bytes(&files.script(), SCRIPT.as_bytes())?;
+            }
             *script_written = true;
         }
         Ok(())

@@ -3,17 +3,14 @@
 use super::terminal::say;
 use crate::report::PICTURE;
 use clap::Args;
-use std::collections::BTreeMap;
-use std::ffi::OsString;
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use turbid::error::{Error, Result};
-use turbid::input::read_unlinked;
+use turbid::input;
 use turbid::output::directory::{self, refuse_input};
 use turbid::output::picture::{Image, film as animated_png};
-use turbid::output::{create_anew, write_atomically};
+use turbid::output::write_atomically;
 
 /// Input and output of `turbid film`.
 #[derive(Debug, Args)]
@@ -38,7 +35,7 @@ pub(super) fn film(arguments: &FilmArguments) -> Result<()> {
     refuse_input(&out, &frames)?;
     let read = |path: &PathBuf| {
         let named = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", path.display()));
-        read_unlinked(path, PICTURE).and_then(|bytes| Image::from_png(&bytes)).map_err(named)
+        input::read_unlinked(path, PICTURE).and_then(|bytes| Image::from_png(&bytes)).map_err(named)
     };
     let mut size = (0, 0);
     for path in &frames {
@@ -62,11 +59,7 @@ pub(super) fn film(arguments: &FilmArguments) -> Result<()> {
 /// The pictures of a run of one name in the order of their steps, and that name.
 fn frames(directory: &Path, name: Option<&str>) -> Result<(String, Vec<PathBuf>)> {
     let folder = directory.join(directory::PICTURES.name());
-    let mut known: BTreeMap<String, Vec<(u64, PathBuf)>> = BTreeMap::new();
-    for (name, step) in directory::pictures(directory)? {
-        let path = directory::PICTURES.named_file(directory, &name, step);
-        known.entry(name).or_default().push((step, path));
-    }
+    let mut known = directory::pictures(directory)?;
     let names = known.keys().cloned().collect::<Vec<_>>().join("`, `");
     let chosen = match (name, known.len()) {
         (_, 0) => {
@@ -80,7 +73,7 @@ fn frames(directory: &Path, name: Option<&str>) -> Result<(String, Vec<PathBuf>)
             return Err(Error::Input(format!("{title}\n  choose one with --name")));
         }
     };
-    let Some(mut frames) = known.remove(&chosen) else {
+    let Some(frames) = known.remove(&chosen) else {
         let title = format!("{} holds no pictures of the name `{chosen}`", folder.display());
         return Err(Error::Input(format!("{title}; it has `{names}`")));
     };
@@ -91,11 +84,13 @@ fn frames(directory: &Path, name: Option<&str>) -> Result<(String, Vec<PathBuf>)
             folder.display()
         )));
     }
-    frames.sort();
-    Ok((chosen, frames.into_iter().map(|(_, path)| path).collect()))
+    Ok((chosen, frames.into_iter().map(|(_, path, _)| path).collect()))
 }
 
 /// Writes an MP4 through the program ffmpeg, which gets the pictures on its input; the file appears whole.
+///
+/// The output is a file that is open already, so ffmpeg sees no name: neither one that it would take for an option or a protocol, nor a
+/// link.
 fn mp4(
     out: &Path,
     size: (u32, u32),
@@ -104,44 +99,28 @@ fn mp4(
 ) -> Result<()> {
     // H.264 takes even sizes.
     let size = (size.0.next_multiple_of(2), size.1.next_multiple_of(2));
-    let partial = out.with_extension("mp4.tmp");
-    // It exists, and is no link, before ffmpeg writes it. As a bare name it could be an option or a protocol.
-    let url = create_anew(&partial).and_then(|_| std::path::absolute(&partial)).map(|path| {
-        let mut url = OsString::from("file:");
-        url.push(path);
-        url
-    });
-    let url = url.map_err(|source| Error::io("write", out, source))?;
     let mut command = Command::new("ffmpeg");
     command.args(["-nostdin", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s"]);
     command.arg(format!("{}x{}", size.0, size.1)).args(["-r", &fps.to_string(), "-i", "pipe:0"]);
-    command.args(["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-f", "mp4"]).arg(url);
-    let spawned = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();
-    let mut child = spawned.map_err(|source| {
-        let _ = fs::remove_file(&partial);
-        match source.kind() {
-            io::ErrorKind::NotFound => Error::Input(
+    command.args(["-c:v", "libx264", "-crf", "18", "-pix_fmt", "yuv420p", "-f", "mp4", "file:/dev/stdout"]);
+    write_atomically(out, |file| {
+        let stdout = file.get_ref().try_clone()?;
+        let spawned = command.stdin(Stdio::piped()).stdout(stdout).stderr(Stdio::piped()).spawn();
+        let mut child = spawned.map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => io::Error::other(
                 "an MP4 needs the program ffmpeg, which is not installed\n  install it, or write an animated PNG with --out \
-                 FILE.png"
-                    .to_owned(),
+                 FILE.png",
             ),
-            _ => Error::io("start", Path::new("ffmpeg"), source),
+            kind => io::Error::new(kind, format!("cannot start ffmpeg: {error}")),
+        })?;
+        let mut input = child.stdin.take().expect("was asked for");
+        let sent = frames.try_for_each(|frame| input.write_all(&frame?.rgb(size)?));
+        drop(input);
+        let ended = child.wait_with_output()?;
+        if !ended.status.success() {
+            let said = String::from_utf8_lossy(&ended.stderr);
+            return Err(io::Error::other(format!("ffmpeg failed: {}", said.trim())));
         }
-    })?;
-    let mut input = child.stdin.take().expect("was asked for");
-    let sent = frames.try_for_each(|frame| input.write_all(&frame?.rgb(size)?));
-    drop(input);
-    let ended = child.wait_with_output();
-    let failed = |source: io::Error| {
-        // The error at hand matters more than a failure to clean up after it.
-        let _ = fs::remove_file(&partial);
-        Error::io("write", out, source)
-    };
-    let ended = ended.map_err(failed)?;
-    if !ended.status.success() {
-        let said = String::from_utf8_lossy(&ended.stderr);
-        return Err(failed(io::Error::other(format!("ffmpeg failed: {}", said.trim()))));
-    }
-    sent.map_err(failed)?;
-    fs::rename(&partial, out).map_err(failed)
+        sent
+    })
 }

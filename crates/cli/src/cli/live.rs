@@ -76,6 +76,8 @@ struct Running {
     pace: Pace,
     step: u64,
     ended: bool,
+    /// True if it ended before its last step, which may be unknown.
+    interrupted: bool,
     warnings: Vec<String>,
 }
 
@@ -139,6 +141,7 @@ pub(super) fn watch(arguments: &WatchArguments) -> Result<()> {
         pace: Pace::new(work, INTERVAL, Instant::now()),
         step: 0,
         ended: false,
+        interrupted: false,
         warnings: Vec::new(),
     });
     let (server, address) = bind(arguments.port)?;
@@ -169,6 +172,7 @@ impl Progress for Follower {
             pace: Pace::new(Workload::of(setup, first), INTERVAL, Instant::now()),
             step: first,
             ended: false,
+            interrupted: false,
             warnings: setup.provenance.warnings.clone(),
         });
     }
@@ -245,7 +249,12 @@ impl Live {
         let Some((directory, case)) = run else {
             return json!({ "phase": "starting" });
         };
-        let (drawn, error) = self.draw(&directory, &case);
+        // The curves of a state that is shown as the end must be the last ones.
+        let ended = match self.requests {
+            Some(_) => lock(&self.run).as_ref().is_some_and(|run| run.ended),
+            None => OutputFiles::new(&directory).summary().is_file(),
+        };
+        let (drawn, error) = self.draw(&directory, &case, ended);
         if self.requests.is_none() {
             self.look(&directory);
         }
@@ -262,8 +271,9 @@ impl Live {
             return json!({ "phase": "starting" });
         };
         let (step, end) = (run.step, run.pace.work.steps);
-        let phase = match run.ended {
-            true if step < end => "stopped",
+        let ended = ended && run.ended;
+        let phase = match ended {
+            true if run.interrupted || step < end => "stopped",
             true => "complete",
             false if stopping => "stopping",
             false => "running",
@@ -271,17 +281,17 @@ impl Live {
         let Progressed { time, speed, left } = run.pace.status(step);
         json!({
             "phase": phase, "case": run.case, "directory": directory, "step": step, "end": end, "time": time, "speed": speed,
-            "left": left, "warnings": run.warnings, "controls": self.requests.is_some() && !run.ended, "saving": saving,
+            "left": left, "warnings": run.warnings, "controls": self.requests.is_some() && !ended, "saving": saving,
             "checkpoint": saved.first().map(|newest| newest.step), "pictures": pictures, "drawn": drawn, "error": error,
         })
     }
 
-    /// Draws the curves again if the series has grown, but seldom; returns which ones there are, and why there are none.
-    fn draw(&self, directory: &Path, case: &str) -> (u64, String) {
+    /// Draws the curves again if the series has grown, but seldom before the end; returns which ones there are, and why there are none.
+    fn draw(&self, directory: &Path, case: &str, ended: bool) -> (u64, String) {
         let path = OutputFiles::new(directory).series();
         let data = fs::metadata(&path).and_then(|data| Ok((data.len(), data.modified()?)));
         let drawn = &mut *lock(&self.drawn);
-        let is_time = drawn.last.is_none_or(|(at, cost)| at.elapsed() >= SELDOM * cost);
+        let is_time = ended || drawn.last.is_none_or(|(at, cost)| at.elapsed() >= SELDOM * cost);
         if let (Ok(data), true) = (data, is_time)
             && drawn.of != Some(data)
         {
@@ -324,6 +334,7 @@ impl Live {
             work.time_step = ratio(time, row).unwrap_or(work.time_step);
             work.stokes_time = ratio(time, t_star).or(work.stokes_time);
             run.ended = summary.is_some();
+            run.interrupted = summary.as_ref().is_some_and(|summary| summary.interrupted);
             let step = summary.as_ref().map_or(row as u64, |summary| summary.steps);
             if step != run.step {
                 // The first row is no progress.
@@ -365,6 +376,17 @@ fn end_step(case: &str, [step, time, t_star]: [f64; 3]) -> Option<u64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn curves_are_drawn_seldom_but_always_at_the_end() {
+        let place = tempfile::tempdir().unwrap();
+        let live = Live::default();
+        lock(&live.drawn).last = Some((Instant::now(), Duration::from_secs(3600)));
+        let series = OutputFiles::new(place.path()).series();
+        drop(turbid::output::SeriesWriter::create(&series, &[], &[]).unwrap());
+        assert_eq!(live.draw(place.path(), "case", false).0, 0);
+        assert_eq!(live.draw(place.path(), "case", true).0, fs::metadata(&series).unwrap().len());
+    }
 
     #[test]
     fn the_last_step_follows_from_the_case_and_a_row() {

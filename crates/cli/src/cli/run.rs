@@ -124,9 +124,9 @@ fn headline(summary: &Summary, directory: &Path) -> String {
     }
     lines.push(format!("state hash              {}", summary.state_hash));
     lines.push(format!("files                   {}", directory.display()));
-    let script = OutputFiles::new(directory).script();
-    if script.exists() {
-        lines.push(format!("open in ParaView        paraview --script={}", script.display()));
+    let files = OutputFiles::new(directory);
+    if files.has_own_script() {
+        lines.push(format!("open in ParaView        paraview --script={}", files.script().display()));
     }
     lines.join("\n")
 }

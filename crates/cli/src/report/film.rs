@@ -2,64 +2,55 @@
 
 use super::html::escaped;
 use base64::prelude::{BASE64_STANDARD, Engine};
-use std::collections::BTreeMap;
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::input;
-use turbid::output::directory::PICTURES;
+use turbid::output::directory::{PICTURES, PicturesOfName, pictures};
 
 /// Largest picture that is shown (bytes).
 pub(crate) const PICTURE: u64 = 32 << 20;
 /// Pictures of a strip that are printed.
 const PRINTED: usize = 6;
 
+/// Step, file and its length in bytes.
+type Frame = (u64, PathBuf, u64);
+
 /// The pictures of a run that are named alike.
 pub(crate) struct Film {
     /// What stands before the steps in their names.
     pub(crate) name: String,
     /// Step, file and its length in bytes, ascending by step.
-    pub(crate) frames: Vec<(u64, PathBuf, u64)>,
+    pub(crate) frames: PicturesOfName,
 }
 
-/// The films in the output directory of a run, by name: files `pictures/NAME_STEP.png`.
+/// The films in the output directory of a run, by name; none if they cannot be read.
 pub(crate) fn films(directory: &Path) -> Vec<Film> {
-    let mut films: BTreeMap<String, Vec<(u64, PathBuf, u64)>> = BTreeMap::new();
-    for entry in fs::read_dir(directory.join(PICTURES.name())).into_iter().flatten().flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        let parts = name.strip_suffix(".png").and_then(|stem| stem.rsplit_once('_'));
-        let Some((name, step)) = parts.and_then(|(name, step)| Some((name, step.parse().ok()?))) else {
-            continue;
-        };
-        if let Some(length) = entry.metadata().ok().filter(fs::Metadata::is_file).map(|data| data.len()) {
-            films.entry(name.to_string()).or_default().push((step, entry.path(), length));
-        }
-    }
-    let sorted = |(name, mut frames): (String, Vec<(u64, PathBuf, u64)>)| {
-        frames.sort();
-        Film { name, frames }
-    };
-    films.into_iter().map(sorted).collect()
+    pictures(directory).unwrap_or_default().into_iter().map(|(name, frames)| Film { name, frames }).collect()
 }
 
-/// Film strips in HTML with at most `budget` bytes of pictures, and where all of them are. Nothing without pictures.
-pub(super) fn strips(directory: &Path, budget: u64, time_step: Option<f64>) -> String {
+/// Film strips in HTML, and where all pictures are. Nothing without pictures. They take about `share` bytes of pictures, as at least one of
+/// each film is shown, but never more than is `left` of the page, which becomes less by what they take.
+pub(super) fn strips(directory: &Path, share: u64, left: &mut u64, time_step: Option<f64>) -> String {
     let films = films(directory);
-    let budget = budget / films.len().max(1) as u64;
-    let strips: String = films.iter().map(|film| strip(film, budget, time_step)).collect();
+    let share = share / films.len().max(1) as u64;
+    let strips: String = films.iter().map(|film| strip(film, share, left, time_step)).collect();
     if strips.is_empty() { strips } else { format!("<div class=\"films\">\n{strips}</div>") }
 }
 
-fn strip(film: &Film, budget: u64, time_step: Option<f64>) -> String {
-    let frames = chosen(&film.frames, budget);
-    let of =
-        |(step, path, _): &&(u64, PathBuf, u64)| Some((*step, input::read_unlinked(path, PICTURE).ok()?));
-    let frames: Vec<(u64, Vec<u8>)> = frames.iter().filter_map(of).collect();
+fn strip(film: &Film, share: u64, left: &mut u64, time_step: Option<f64>) -> String {
+    let mut frames = Vec::new();
+    for (step, path, length) in chosen(&film.frames, share, *left) {
+        if let Ok(png) = input::read_unlinked(path, *length) {
+            *left -= png.len() as u64;
+            frames.push((*step, png));
+        }
+    }
     let (name, all) = (escaped(&film.name.replace('_', " ")), film.frames.len());
+    let folder = PICTURES.name();
     let Some(last) = frames.len().checked_sub(1) else {
-        let folder = PICTURES.name();
         return format!(
-            "<p class=\"note\">{all} pictures {name} are in <code>{folder}</code>, too large for this page.</p>\n"
+            "<p class=\"note\">{name}: none of {all} pictures, for which the page has no room; all of them are in \
+             <code>{folder}</code>.</p>\n"
         );
     };
     let mut html =
@@ -80,26 +71,27 @@ fn strip(film: &Film, budget: u64, time_step: Option<f64>) -> String {
         let shown = frames.len();
         let _ = writeln!(
             html,
-            "<p class=\"note\">{shown} of {all} pictures, evenly chosen; all of them are in <code>{}</code>.</p>",
-            PICTURES.name()
+            "<p class=\"note\">{shown} of {all} pictures, evenly chosen; all of them are in <code>{folder}</code>.</p>"
         );
     }
     html + "</section>\n"
 }
 
-/// As many frames as fit, at even distances, with the last one if there are any.
-fn chosen(frames: &[(u64, PathBuf, u64)], budget: u64) -> Vec<&(u64, PathBuf, u64)> {
-    let total: u64 = frames.iter().map(|frame| frame.2).sum();
-    if total <= budget {
-        return frames.iter().collect();
-    }
-    let count = (frames.len() as f64 * budget as f64 / total as f64) as usize;
-    (1..=count).map(|i| &frames[i * frames.len() / count - 1]).collect()
+/// Frames at even distances, always with the last one: as many as fit the share, but at least one; none if it is larger than what is left.
+fn chosen(frames: &[Frame], share: u64, left: u64) -> Vec<&Frame> {
+    let length = |frames: &[&Frame]| frames.iter().fold(0_u64, |sum, frame| sum.saturating_add(frame.2));
+    let even = |count: usize| (1..=count).map(|i| &frames[i * frames.len() / count - 1]).collect::<Vec<_>>();
+    let all = even(frames.len());
+    // Lengths of a stranger's sparse files may be anything.
+    let part = share.min(left) as f64 / length(&all).max(1) as f64;
+    let most = ((frames.len() as f64 * part) as usize).clamp(1, frames.len());
+    (1..=most).rev().map(even).find(|some| length(some) <= left).unwrap_or_default()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     #[test]
     fn pictures_are_grouped_by_name_and_thinned_to_the_budget() {
@@ -116,12 +108,27 @@ mod tests {
         let films = films(place.path());
         let names: Vec<_> = films.iter().map(|film| (film.name.as_str(), film.frames.len())).collect();
         assert_eq!(names, [("from_above", 20), ("velocity", 20)]);
-        let steps = |budget| chosen(&films[0].frames, budget).iter().map(|frame| frame.0).collect::<Vec<_>>();
+        let steps = |budget| {
+            chosen(&films[0].frames, budget, 1 << 20).iter().map(|frame| frame.0).collect::<Vec<_>>()
+        };
         assert_eq!((steps(500), steps(10)), (vec![4, 8, 12, 16, 20], vec![20]));
-        let html = strips(place.path(), 1000, Some(0.5));
+        let html = strips(place.path(), 1000, &mut { 1 << 20 }, Some(0.5));
         assert_eq!((html.matches("<img").count(), html.matches("5 of 20 pictures").count()), (10, 2));
         assert!(html.contains("alt=\"from above, step 20, t = 10.0000 s\""), "{html}");
-        let long = strips(place.path(), 1 << 20, None);
+        let long = strips(place.path(), 1 << 20, &mut { 1 << 20 }, None);
         assert_eq!(long.matches("class=\"printed\"").count(), 2 * PRINTED);
+    }
+
+    #[test]
+    fn a_page_never_has_more_bytes_of_pictures_than_are_left_and_says_so() {
+        let place = tempfile::tempdir().unwrap();
+        fs::create_dir(place.path().join(PICTURES.name())).unwrap();
+        for (name, length) in [("a", 300), ("b", 300), ("c", 50)] {
+            fs::write(PICTURES.named_file(place.path(), name, 1), vec![0; length]).unwrap();
+        }
+        let mut left = 400;
+        let html = strips(place.path(), 90, &mut left, None);
+        assert_eq!((html.matches("<img").count(), left), (2, 50), "{html}");
+        assert!(html.contains("b: none of 1 pictures"), "{html}");
     }
 }

@@ -11,8 +11,9 @@ use turbid::output::numbers::{self, duration, with_error};
 use turbid::output::{OutputFiles, SeriesTable, Summary};
 use turbid_plot::Bars;
 
-/// A run has the title of its case if it is alone, or else, as the runs of a study have one case, that of its directory.
-pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
+/// A run has the title of its case if it is alone, or else, as the runs of a study have one case, that of its directory. Its pictures take
+/// some `share` (bytes) of what is `left` of the page, which becomes less by what they take.
+pub(super) fn describe(section: &mut Section, source: &Source, share: u64, left: &mut u64) -> Result<()> {
     let files = OutputFiles::new(&source.directory);
     let present = |path: PathBuf| path.is_file().then_some(path);
     let summary: Option<Summary> =
@@ -33,7 +34,7 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
             .text("The run has left no summary: it is still running, or was interrupted (`turbid resume`)."),
     }
     let time_step = summary.as_ref().map(|summary| summary.time_step);
-    let strips = film::strips(&source.directory, source.pictures, time_step);
+    let strips = film::strips(&source.directory, share, left, time_step);
     if !strips.is_empty() {
         section.blocks.push(Block::Html("Pictures", strips));
     }

@@ -170,3 +170,15 @@ fn what_cannot_be_drawn_is_told_with_a_remedy() {
         error(place.path()).contains("summary.json") && error(place.path()).contains("run the case again")
     );
 }
+
+#[test]
+fn figures_are_not_written_through_a_link() {
+    let place = tempfile::tempdir().unwrap();
+    let (run, other) = (place.path().join("run"), place.path().join("other"));
+    write_series(&run);
+    fs::create_dir(&other).unwrap();
+    std::os::unix::fs::symlink(&other, run.join("figures")).unwrap();
+    let said = report(&run, &run, &[Format::Svg]).unwrap_err().to_string();
+    assert!(said.contains("figures is a symbolic link") && said.contains("--out"), "{said}");
+    assert_eq!(fs::read_dir(&other).unwrap().count(), 0);
+}

@@ -14,8 +14,11 @@ const PHASES = {
 const shownPictures = new Map();
 let drawn = 0;
 
+const hasEnded = (state) => state.phase === "complete" || state.phase === "stopped";
+
 async function curves(state) {
-  if (state.drawn === drawn) return;
+  const last = hasEnded(state);
+  if (state.drawn === drawn && !last) return;
   const { figures, newest } = await (await ask("/curves")).json();
   drawn = state.drawn;
   const fresh = element("template", { innerHTML: figures });
@@ -23,15 +26,15 @@ async function curves(state) {
   for (const figure of fresh.content.querySelectorAll("figure")) {
     const name = figure.firstElementChild.textContent;
     const before = old.get(name);
-    // One that is being read stays.
-    if (before && (before.matches(":hover") || before.contains(document.activeElement))) continue;
+    // One that is being read stays, but at the end all are the last ones.
+    if (!last && before && (before.matches(":hover") || before.contains(document.activeElement))) continue;
     const left = before ? before.querySelector(".plot").scrollLeft : 0;
     if (before) before.replaceWith(figure);
     else byId("figures").append(figure);
     readable(figure);
     figure.querySelector(".plot").scrollLeft = left;
   }
-  if (!byId("newest").matches(":focus-within")) {
+  if (last || !byId("newest").matches(":focus-within")) {
     byId("newest").innerHTML = newest;
     byId("newest").querySelectorAll("table").forEach(sortable);
   }
@@ -96,7 +99,7 @@ async function poll() {
       await curves(state);
       await pictures(state);
     }
-    if (state.phase === "complete" || state.phase === "stopped") {
+    if (hasEnded(state)) {
       if (!byId("buttons").hidden) byId("buttons").hidden = true;
       await ask("/seen", "POST");
       return;

@@ -128,8 +128,32 @@ fn converse(mut stream: TcpStream, token: &str, site: &impl Site) -> io::Result<
     write(&mut stream, &answer)?;
     // What is still on its way must not reset the connection before the answer is read.
     stream.shutdown(Shutdown::Write)?;
-    stream.set_read_timeout(Some(LINGER))?;
-    io::copy(&mut stream.take(CHUNK as u64), &mut io::sink()).map(drop)
+    drain(&mut stream, Instant::now() + LINGER)
+}
+
+/// Reads what is still on its way, up to [`CHUNK`], until the client closes the connection or the time is over.
+fn drain(stream: &mut TcpStream, end: Instant) -> io::Result<()> {
+    let (mut part, mut length) = ([0; 1024], 0);
+    while length < CHUNK {
+        stream.set_read_timeout(Some(left(end)?))?;
+        match stream.read(&mut part)? {
+            0 => break,
+            more => length += more,
+        }
+    }
+    Ok(())
+}
+
+/// Writes all bytes, or fails when the time is over, however slowly a client takes them.
+fn send(stream: &mut TcpStream, mut bytes: &[u8], end: Instant) -> io::Result<()> {
+    while !bytes.is_empty() {
+        stream.set_write_timeout(Some(left(end)?))?;
+        match stream.write(&bytes[..bytes.len().min(CHUNK)])? {
+            0 => return Err(io::ErrorKind::WriteZero.into()),
+            length => bytes = &bytes[length..],
+        }
+    }
+    Ok(())
 }
 
 fn left(end: Instant) -> io::Result<Duration> {
@@ -153,11 +177,8 @@ fn write(stream: &mut TcpStream, answer: &Answer) -> io::Result<()> {
         answer.kind,
         answer.body.len()
     );
-    for chunk in [head.as_bytes(), &answer.body].into_iter().flat_map(|part| part.chunks(CHUNK)) {
-        stream.set_write_timeout(Some(left(end)?))?;
-        stream.write_all(chunk)?;
-    }
-    Ok(())
+    send(stream, head.as_bytes(), end)?;
+    send(stream, &answer.body, end)
 }
 
 /// The answer to a request that begins so; none if more of it is to come.
@@ -238,6 +259,17 @@ mod tests {
             assert_eq!(status(&post(wrong)), Some(403), "{wrong}");
         }
         assert_eq!(status("POST /stop HTTP/1.1\r\nHost: localhost\r\n\r\n"), Some(403));
+    }
+
+    #[test]
+    fn a_client_that_keeps_the_connection_open_is_left_at_the_deadline() {
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
+        let mut client = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+        let (mut stream, _) = listener.accept().unwrap();
+        client.write_all(b"x").unwrap();
+        let is_late = |done: io::Result<()>| done.is_err_and(|error| error.kind() == io::ErrorKind::TimedOut);
+        assert!(is_late(drain(&mut stream, Instant::now())));
+        assert!(is_late(send(&mut stream, b"x", Instant::now())));
     }
 
     #[test]
