@@ -17,15 +17,20 @@ if [ ! -e "$base/etc/debian_version" ]; then
     mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -1)
     debootstrap --variant=minbase bookworm "$base" "$mirror" >/dev/null
 fi
-rm -rf "$root"
-cp -a "$base" "$root"
+# Nothing is removed while something of this machine is mounted there.
 cleanup() {
-    for at in root/.cargo root/.rustup proc; do
-        umount "$root/$at" 2>/dev/null || true
+    for at in root/.rustup proc; do
+        if mountpoint -q "$root/$at"; then
+            umount "$root/$at" || true
+        fi
+        ! mountpoint -q "$root/$at" || fail "$root/$at is still mounted: unmount it, then remove $root"
     done
-    rm -rf "$root"
+    rm -rf --one-file-system "$root"
 }
+cleanup
 trap cleanup EXIT
+trap 'exit 130' INT TERM HUP
+cp -a "$base" "$root"
 
 # Runs a command there, in an empty folder.
 inside() {
@@ -78,8 +83,9 @@ if [ "$source" ]; then
     echo "sources, by pip:"
     mkdir -p "$root/opt/turbid" "$root/root/.cargo" "$root/root/.rustup"
     git -C "$repository" archive HEAD | tar x -C "$root/opt/turbid"
-    mount --bind "${CARGO_HOME:-$HOME/.cargo}" "$root/root/.cargo"
+    cp -a "${CARGO_HOME:-$HOME/.cargo}/." "$root/root/.cargo"
     mount --bind "${RUSTUP_HOME:-$HOME/.rustup}" "$root/root/.rustup"
+    mount -o remount,bind,ro "$root/root/.rustup"
     inside 'DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends gcc libc6-dev >/dev/null 2>&1
         python3 -m venv --clear /opt/venv; PATH=/root/.cargo/bin:$PATH /opt/venv/bin/pip install -q /opt/turbid/ffi/python
         /opt/venv/bin/turbid --version; /opt/venv/bin/python /opt/example.py'
