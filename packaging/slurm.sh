@@ -2,7 +2,7 @@
 # A run of any length as a Slurm job: it stops with a checkpoint before the time limit, is queued again, and resumes, until the case
 # is complete.
 #
-#   sbatch packaging/slurm.sh CASE.toml [DIR]         results in DIR, by default out/CASE
+#   sbatch packaging/slurm.sh CASE.toml [DIR]         results in DIR, by default out/CASE; with a copy of the case, slurm-job.toml
 #   sbatch --nodes=4 --ntasks=256 --cpus-per-task=1 packaging/slurm.sh CASE.toml      with a program built for MPI
 #
 # Set TURBID to a program that is not on PATH, also one in a container: TURBID="apptainer run turbid.sif".
@@ -22,12 +22,29 @@ saved() {
     compgen -G "$out/checkpoints/step-*" >/dev/null
 }
 
+# What the first start notes in the folder of the results: the number of its job, and the case.
+note=$out/slurm-job.toml
+this="# Slurm job ${SLURM_JOB_ID:-none}"
+same() {
+    [ -e "$note" ] && tail -n +2 "$note" | cmp -s - "$case"
+}
+
+[ -r "$case" ] || { echo "error: cannot read $case" >&2; exit 2; }
 if saved; then
+    if ! same; then
+        echo "error: the checkpoints in $out are not of this script with the present $case; name another folder, or run: turbid resume $out" >&2
+        exit 2
+    fi
     command=(resume "$out")
 else
     command=(run "$case" --out "$out")
-    # What a job that died before its first checkpoint has left; results of another run are refused.
-    [ "${SLURM_RESTART_COUNT:-0}" -eq 0 ] || command+=(--overwrite)
+    if [ -n "${SLURM_JOB_ID:-}" ] && same && [ "$(head -n 1 "$note")" = "$this" ]; then
+        # What this job has left where it died before its first checkpoint.
+        command+=(--overwrite)
+    elif [ ! -e "$out/series.csv" ] && [ ! -e "$out/summary.json" ]; then
+        # Beside results of another run there is no note, and turbid refuses to replace them.
+        mkdir -p "$out" && { echo "$this"; cat "$case"; } >"$note.new" && mv "$note.new" "$note" || exit 2
+    fi
 fi
 # Processes of MPI have one thread each.
 [ "${SLURM_NTASKS:-1}" -gt 1 ] || command+=(--threads "${SLURM_CPUS_PER_TASK:-0}")
@@ -39,10 +56,13 @@ fi
 # The signal before the limit comes here and goes on to the program, which then writes a checkpoint. TURBID may be several words.
 srun ${TURBID:-turbid} "${command[@]}" --quiet &
 job=$!
-trap 'kill -TERM "$job" 2>/dev/null' TERM
+interrupted=
+trap 'interrupted=yes; kill -TERM "$job" 2>/dev/null' TERM
 wait "$job"
 code=$?
-while kill -0 "$job" 2>/dev/null; do
+# An interrupted wait returns the code of the signal; one more returns that of the program, also if it has ended.
+while [ "$interrupted" ]; do
+    interrupted=
     wait "$job"
     code=$?
 done

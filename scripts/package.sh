@@ -38,6 +38,9 @@ mkdir -p "$out"
 cargo build --locked --profile dist --package turbid-cli ${wheel:+--package turbid-python}
 size=$(stat -c %s "$target/dist/turbid")
 [ "$size" -lt $limit ] || fail "the program has $size bytes, more than $limit: see [profile.dist] in Cargo.toml"
+glibc=$(grep -ao 'GLIBC_2\.[0-9]*' "$target/dist/turbid" | sort -uV | tail -n 1)
+[ "$(printf '%s\n' "$glibc" GLIBC_2.35 | sort -V | tail -n 1)" = GLIBC_2.35 ] ||
+    fail "the program needs $glibc, docs/install.md says 2.35: build it on an older system"
 stage=$target/dist/stage
 scripts/stage.sh "$target/dist/turbid" "$stage"
 tar --create --gzip --owner=0 --group=0 --sort=name --transform "s,^\.,$name," --file "$out/$name.tar.gz" --directory "$stage" .

@@ -17,17 +17,20 @@ if [ ! -e "$base/etc/debian_version" ]; then
     mirror=$(apt-get indextargets --format '$(REPO_URI)' 'Created-By: Packages' | head -1)
     debootstrap --variant=minbase bookworm "$base" "$mirror" >/dev/null
 fi
-# Nothing that is mounted there may be removed with it.
+# Nothing is removed while something of this machine is mounted there.
 cleanup() {
-    if mountpoint -q "$root/proc"; then
-        umount "$root/proc" || fail "cannot unmount $root/proc"
-    fi
+    for at in root/.rustup proc; do
+        if mountpoint -q "$root/$at"; then
+            umount "$root/$at" || true
+        fi
+        ! mountpoint -q "$root/$at" || fail "$root/$at is still mounted: unmount it, then remove $root"
+    done
     rm -rf --one-file-system "$root"
 }
 cleanup
-cp -a "$base" "$root"
 trap cleanup EXIT
 trap 'exit 130' INT TERM HUP
+cp -a "$base" "$root"
 
 # Runs a command there, in an empty folder.
 inside() {
@@ -78,11 +81,11 @@ fi
 if [ "$source" ]; then
     need_cargo
     echo "sources, by pip:"
-    mkdir -p "$root/opt/turbid"
+    mkdir -p "$root/opt/turbid" "$root/root/.cargo" "$root/root/.rustup"
     git -C "$repository" archive HEAD | tar x -C "$root/opt/turbid"
-    # Copies, as a build writes there.
-    cp -a "${CARGO_HOME:-$HOME/.cargo}" "$root/root/.cargo"
-    cp -a "${RUSTUP_HOME:-$HOME/.rustup}" "$root/root/.rustup"
+    cp -a "${CARGO_HOME:-$HOME/.cargo}/." "$root/root/.cargo"
+    mount --bind "${RUSTUP_HOME:-$HOME/.rustup}" "$root/root/.rustup"
+    mount -o remount,bind,ro "$root/root/.rustup"
     inside 'DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends gcc libc6-dev >/dev/null 2>&1
         python3 -m venv --clear /opt/venv; PATH=/root/.cargo/bin:$PATH /opt/venv/bin/pip install -q /opt/turbid/ffi/python
         /opt/venv/bin/turbid --version; /opt/venv/bin/python /opt/example.py'

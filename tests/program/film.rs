@@ -6,7 +6,7 @@ use std::path::Path;
 /// A run of 20 steps with four pictures of each of two names.
 fn run() -> Place {
     let pictures = "series_every = { steps = 5 }\npicture_every = { steps = 5 }\n\
-        pictures = [{ slice = {} }, { name = \"a-b_c\", view = { size = [400, 300] } }]";
+        pictures = [{ slice = {} }, { name = \"a-b_c\", view = { size = [500, 300] } }]";
     let place = Place::new(&case::crowd(20, pictures));
     place.well(&["run", "case.toml", "--quiet"]);
     place

@@ -60,7 +60,7 @@ directory = "out"
 series_every = { steps = 8 }
 particles_every = { steps = 48 }
 picture_every = { steps = 160 }
-pictures = [{ view = { colour = "contact_force", force_chains = true, size = [400, 300] } }]
+pictures = [{ view = { colour = "contact_force", force_chains = true, size = [500, 300] } }]
 "#;
 
 /// Free spheres among bodies that oscillate, follow a table, turn and are free along an axis, whose loads are in the series; the

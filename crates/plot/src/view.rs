@@ -136,7 +136,7 @@ impl View {
 
     /// Height of a bar.
     fn bar_height(&self) -> f32 {
-        (self.size[1] as f32 - 5.0 * MARGIN) / self.bars.len().max(1) as f32 - 1.5 * MARGIN
+        ((self.size[1] as f32 - 5.0 * MARGIN) / self.bars.len().max(1) as f32 - 1.5 * MARGIN).max(1.0)
     }
 
     /// Middle of the box.
@@ -145,10 +145,10 @@ impl View {
     }
 
     fn camera(&self) -> Camera {
-        // A page without room for its bars still has some for the box.
-        let end = |edge: f32, start: f32| edge.max(start + MARGIN);
-        let (l, t) = (1.5 * MARGIN, 2.6 * MARGIN);
-        let area = (l, t, end(self.right() - MARGIN, l), end(self.size[1] as f32 - 1.5 * MARGIN, t));
+        let (left, top) = (1.5 * MARGIN, 2.6 * MARGIN);
+        let (right, bottom) = (self.right() - MARGIN, self.size[1] as f32 - 1.5 * MARGIN);
+        // A page too small for its bars still has the box upright.
+        let area = (left, top, right.max(left + 1.0), bottom.max(top + 1.0));
         Camera::new(self.from, self.up, self.edges, self.zoom, area)
     }
 
@@ -170,8 +170,7 @@ impl View {
             let (centre, radius) = item.ball(&meshes[item.mesh]);
             most.max(length(sub(centre, middle)) + radius)
         });
-        let frame = (self.up, camera.back);
-        let lights = Lights::new(&meshes, &items, frame, (middle, radius), threads);
+        let lights = Lights::new(&meshes, &items, (self.up, camera), (middle, radius), threads);
         let cast = Cast { camera, meshes: &meshes, lights, depth: DEPTH * diagonal };
         let [width, height] = self.size;
         let pixels = cast.pixels((width, height), &items, &self.seen_through, threads);

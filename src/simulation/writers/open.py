@@ -22,11 +22,11 @@ INK, PAPER, GREY = [0.1, 0.1, 0.1], [1.0, 1.0, 1.0], [0.6, 0.6, 0.6]
 
 
 def folder():
-    """The folder of this file, which a script of ParaView's window knows from the command line only."""
+    """The folder of this file, which a script of ParaView's window knows from the command line only, on Linux."""
     if "__file__" in globals():
         return os.path.dirname(os.path.abspath(__file__))
     with open("/proc/self/cmdline", encoding="utf-8") as file:
-        words = [word.split("=")[-1] for word in file.read().split("\0")]
+        words = [word.removeprefix("--script=") for word in file.read().split("\0")]
     return os.path.dirname(os.path.abspath(next((word for word in words if word.endswith(".py")), "open.py")))
 
 

@@ -18,7 +18,7 @@ const BYTES: f64 = 3e5;
 /// Colours of particles that have none, and of those that are seen through.
 const PLAIN: [u8; 3] = [226, 216, 200];
 const PALE: [u8; 3] = [240, 238, 234];
-/// Values below this are rounding.
+/// Values of the flow and of motion that a picture shows are rounding below this (SI units). Without a contact, its force is zero.
 const LEAST: f64 = 1e-12;
 
 /// Writes the slices and views of a run.
@@ -41,7 +41,8 @@ impl<'a> Pictures<'a> {
     /// Colours of a quantity in all pictures: the range that the case gives, or else up to what is expected in the run, or else to
     /// what is `seen` in its first picture that shows some of it.
     fn scale(&mut self, measure: &Measure, given: Option<[f64; 2]>, seen: impl FnOnce() -> f64) -> Scale {
-        let is_some = |top: &f64| *top > LEAST && top.is_finite();
+        let least = if measure.name == FORCE.name { 0.0 } else { LEAST };
+        let is_some = |top: &f64| *top > least && top.is_finite();
         let known = self.tops.get(measure.name).copied();
         let found = known.or_else(|| Some(measure.expected(self.setup)).filter(is_some));
         let found = found.or_else(|| given.is_none().then(seen).filter(is_some));
@@ -378,5 +379,13 @@ mod tests {
         let mut resumed = Pictures::new(&setup);
         resumed.resume(&state).unwrap();
         assert_eq!(shown(&mut resumed, 7.0), (0.0, 0.25));
+    }
+
+    #[test]
+    fn contact_forces_of_the_smallest_grains_have_colours_of_their_own_size() {
+        let setup = setup(&["particles.0.density=1000", "particles.0.list=[[1e-3, 1e-3, 1e-3]]"]);
+        let mut pictures = Pictures::new(&setup);
+        let tops = [0.0, 2e-15].map(|seen| pictures.scale(&FORCE, None, || seen).range.1);
+        assert!(tops[0] == 1.0 && (2e-15..2.6e-15).contains(&tops[1]), "{tops:?}");
     }
 }

@@ -12,8 +12,8 @@ const ALONG: f32 = 0.999;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Camera {
     pub(super) eye: Vector,
-    right: Vector,
-    up: Vector,
+    pub(super) right: Vector,
+    pub(super) up: Vector,
     /// Towards the eye.
     pub(super) back: Vector,
     /// Pixels for a length at distance one, and the pixel that the eye looks at.

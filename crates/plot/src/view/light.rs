@@ -3,8 +3,9 @@
 //! Each direction has a map of what is nearest to it (Williams 1978); light that many of them do not reach is ambient occlusion
 //! (Tarini, Cignoni, Montani 2006, "Ambient occlusion and edge cueing").
 
+use super::camera::Camera;
 use super::fill::{area, fill};
-use super::vector::{Vector, add, combine, dot, length, scale, screen, sub, unit};
+use super::vector::{Vector, add, combine, cross, dot, length, scale, screen, sub, unit};
 use super::{Item, Mesh, in_parallel};
 
 /// Directions of the sky of a small scene, and the fewest of a large one.
@@ -54,20 +55,23 @@ struct Light {
 }
 
 impl Lights {
-    /// The light in a scene with a vertical `up`, seen along `-back`; `centre` and `radius` are of a ball that holds all items.
+    /// The light in a scene with a vertical `up`; `centre` and `radius` are of a ball that holds all items.
     pub(super) fn new(
         meshes: &[Mesh],
         items: &[Item],
-        (up, back): (Vector, Vector),
+        (up, camera): (Vector, Camera),
         (centre, radius): (Vector, f32),
         threads: usize,
     ) -> Self {
-        // Seen along the vertical, any two sides across it serve.
-        let aside = if up[0].abs() < 0.9 { [1.0, 0.0, 0.0] } else { [0.0, 1.0, 0.0] };
-        let is_along = length(sub(back, scale(up, dot(back, up)))) < 0.05;
-        let (right, screen_up) = screen(if is_along { up } else { back }, if is_along { aside } else { up });
-        let level = unit(sub(back, scale(up, dot(back, up))));
-        let level = if length(level) > 0.5 { level } else { screen_up };
+        let Camera { right, back, .. } = camera;
+        let level = sub(back, scale(up, dot(back, up)));
+        let (right, level) = if length(level) > 0.05 {
+            (right, unit(level))
+        } else {
+            // From above or below only the camera knows what is right.
+            let level = unit(cross(right, up));
+            (cross(up, level), level)
+        };
         let sides = [right, level, up];
         let triangles: usize =
             items.iter().filter_map(|item| Some(meshes[item.shade?].triangles.len())).sum();

@@ -85,6 +85,28 @@ fn a_body_in_the_shade_of_another_is_darker_and_one_among_others_is_darker_than_
 }
 
 #[test]
+fn bodies_shade_each_other_also_when_seen_along_the_vertical() {
+    for from in [[0.0, 0.0, 1.0], [0.03, 0.0, 1.0], [0.0, 0.0, -1.0]] {
+        let alone = View { from, ..view(vec![body([5.2, 5.2, 5.0], 1.0, [200; 3])]) };
+        let mut among = alone.clone();
+        for [x, y] in [[2.9, 4.0], [7.8, 6.0], [4.0, 7.6], [6.0, 2.5]] {
+            among.items.push(body([x, y, 5.0 + 1.2 * from[2]], 1.9, [200; 3]));
+        }
+        let [among, alone] = [among, alone].map(|view| middle(&view)[0]);
+        assert!(among + 5 < alone, "{from:?}: {among} {alone}");
+    }
+}
+
+#[test]
+fn a_page_without_room_for_the_box_beside_its_bar_still_has_it_upright() {
+    let bar = Bar { label: "force (N)".into(), range: (0.0, 1.0), colours: Colours::Warm };
+    let small = View { size: [120, 60], bars: vec![bar], ..view(Vec::new()) };
+    let camera = small.camera();
+    assert!(camera.focus > 0.0 && camera.place([5.0, 5.0, 9.0])[1] < camera.place([5.0, 5.0, 1.0])[1]);
+    small.figure();
+}
+
+#[test]
 fn a_tube_is_seen_through_bodies_and_fainter_the_deeper_it_is() {
     let mut red = view(vec![body([5.0, 2.0, 5.0], 1.0, RED)]);
     red.meshes.push(Mesh::tube());
