@@ -132,7 +132,7 @@ pub enum BodyColour {
 /// Sides of a page.
 fn page(schema: &mut schemars::Schema) {
     if let Some(items) = schema.get_mut("items").and_then(serde_json::Value::as_object_mut) {
-        items.insert("minimum".into(), 500.into());
+        items.insert("minimum".into(), 300.into());
         items.insert("maximum".into(), 4000.into());
     }
 }
