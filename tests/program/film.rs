@@ -80,7 +80,7 @@ fn an_mp4_is_what_ffmpeg_makes_of_the_pixels_under_any_name_and_nothing_is_writt
     for out in ["film.mp4", "-x.mp4", "a:b.mp4"] {
         std::os::unix::fs::symlink(place.path("other"), place.path(format!("{out}.tmp"))).unwrap();
         assert_eq!(film(out), Some(0), "{out}");
-        assert_eq!(std::fs::metadata(place.path(out)).unwrap().len(), 4 * 400 * 300 * 3, "{out}");
+        assert_eq!(std::fs::metadata(place.path(out)).unwrap().len(), 4 * 500 * 300 * 3, "{out}");
         assert!(!place.path(format!("{out}.tmp")).exists());
     }
     assert_eq!(std::fs::read_to_string(place.path("other")).unwrap(), "mine");
