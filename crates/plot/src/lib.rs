@@ -3,7 +3,7 @@
 //! A [`Chart`] (panels with common axes, measured points with error bars, references as lines), [`Bars`] or a [`Picture`] (pixels
 //! on axes with a colour bar) is plain data; its method `figure` draws a [`Figure`], which [encodes](Figure::encode) itself in
 //! any [`Format`]. There is one system of ticks ([`Chart`] and [`Picture`] share it) and one font, which is embedded: a figure
-//! has the same bytes on every machine. A [`View`] shows solid bodies in perspective; [`film`] makes one moving picture of several.
+//! has the same bytes on every machine. A [`View`] shows solid bodies in perspective; [`film()`] makes one moving picture of several.
 //!
 //! ```
 //! use turbid_plot::{Axis, Chart, Format, Series, Style};

@@ -246,7 +246,7 @@ impl Measure {
 
     /// The magnitude that is expected in a run, 0 if nothing is known: of the [speed](expected) `U`, and for particles of diameter `D`
     /// of a vorticity of `4 U / D`, an angular speed of `2 U / D`, a pressure of `rho U^2 / 2 + 3 mu U / D` (that on a sphere in Stokes
-    /// flow) and the [weight](weight) on the lowest particles.
+    /// flow) and the [weight] on the lowest particles.
     fn expected(&self, setup: &Setup) -> f64 {
         let (speed, diameter) = (expected(setup), diameter(setup));
         match (self.name, &setup.fluid) {
