@@ -6,7 +6,6 @@ use crate::math::Vec3;
 /// The plane of a slice, across an axis of the box. By default it goes through the middle of the box and holds the direction of
 /// gravity, upwards in the picture, and if it can the x axis: the x-z plane for gravity along z.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(not(feature = "pictures"), expect(dead_code, reason = "pictures alone have a size"))]
 pub struct Plane {
     pub(super) domain: Domain,
     pub(super) across: usize,
