@@ -51,7 +51,7 @@ use std::time::Duration;
 
 pub use file::schema;
 pub use file::{BodyColour, Quantity};
-pub use hertz::Hertz;
+pub use hertz::{Hertz, STEPS_PER_CONTACT};
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
 pub(crate) use resolve::with_shapes;
@@ -59,7 +59,7 @@ pub use resolve::{from_saved, from_text, load, outline};
 pub use schedule::CHECKPOINT_INTERVAL;
 #[doc(hidden)]
 pub use source::{Source, nearest};
-pub use speeds::DrivenFlow;
+pub use speeds::{DrivenFlow, Impact};
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and
 /// [where it comes from](Self::provenance).

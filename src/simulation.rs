@@ -265,7 +265,7 @@ impl Simulation {
         }
 
         if let Err(mut error) = moved {
-            if let Error::Engine { step, .. } = &mut error {
+            if let Error::Engine { step, .. } | Error::Diverged { step, .. } = &mut error {
                 *step = self.step;
             }
             failure.get_or_insert(error);
@@ -347,7 +347,7 @@ impl Simulation {
         if self.comm.any(self.failure.is_some()) { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
-    /// The failure of the lowest rank that has one; the same on every rank. Collective.
+    /// The first failure of all ranks; the same on every rank. Collective.
     fn agree_on_failure(&mut self) -> Error {
         let mine = self.failure.take().map_or_else(Vec::new, |error| failure::to_bytes(error, self.step));
         failure::first(&self.comm.all_gather(mine), self.dem.name(), &self.hint)

@@ -2,13 +2,11 @@
 
 use super::checks::Document;
 use super::file::{DrySection, FluidSection, LatticeSection};
-use super::hertz::Hertz;
+use super::hertz::{Hertz, STEPS_PER_CONTACT};
 use super::materials::Materials;
 use crate::error::Result;
 use crate::particle::Template;
 
-/// Steps of the shortest contact in a derived time step.
-const STEPS_PER_CONTACT: f64 = 50.0;
 /// Widest cell in diameters of the smallest particle.
 const WIDEST_CELL: f64 = 0.25;
 /// Factor by which cells may be smaller, so that the box is a whole number of them.

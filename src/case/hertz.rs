@@ -13,6 +13,9 @@
 use crate::contact::Material;
 use crate::particle::Template;
 
+/// Steps of the particles in which a contact is resolved.
+pub const STEPS_PER_CONTACT: f64 = 50.0;
+
 /// Two equal spheres in contact.
 #[derive(Clone, Copy, Debug)]
 pub struct Hertz {

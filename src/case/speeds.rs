@@ -5,12 +5,14 @@
 //!             with a = g |s - 1| / (s + 1/2), the acceleration from rest against the added mass of a sphere
 //! driven flow a t; between walls at most a h^2 / (8 nu) in the middle of a slit of width h, a D^2 / (16 nu) in a pipe;
 //!             turbulent (Re = u h / nu above 3000) u_tau (2.5 ln(u_tau h / (2 nu)) + 5.5) with u_tau^2 = a h / 2
+//! impacts     the fastest of u*, the shear rate times D, prescribed motion and velocities at the start; the shear rate is the
+//!             difference of the velocities of walls, or twice the velocity of the driven flow, over h
 //! ```
 //!
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
 use super::scales::Reference;
-use super::{FluidSetup, Setup};
+use super::{FluidSetup, Hertz, Setup};
 use crate::math::Vec3;
 use crate::wall::{Surface, Wall};
 
@@ -26,6 +28,17 @@ pub struct DrivenFlow {
     pub length: f64,
     /// Walls hold the flow back.
     pub between_walls: bool,
+}
+
+/// The fastest usual impact of two particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Impact {
+    /// Relative speed (m/s).
+    pub speed: f64,
+    /// What makes them meet.
+    pub cause: &'static str,
+    /// Steps of the particles that it lasts, as one of two spheres of the first kind.
+    pub steps: f64,
 }
 
 impl Setup {
@@ -61,6 +74,48 @@ impl Setup {
             Surface::Cylinder { .. } => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
         });
         widths.fold(f64::INFINITY, f64::min)
+    }
+
+    /// The fastest usual impact in a fluid; none without contacts, or where nothing moves.
+    pub fn impact(&self) -> Option<Impact> {
+        let (fluid, contact, template) =
+            (self.fluid.as_ref()?, self.contact.as_ref()?, self.templates.first()?);
+        let started = self.particles.iter().map(|particle| particle.velocity().norm());
+        let prescribed = (0..self.templates.len()).map(|template| self.prescribed_speed(template));
+        let speeds = [
+            (fluid.scales.schiller_naumann_velocity, "u*"),
+            (self.shear_rate() * self.diameter, "shear rate times D"),
+            (prescribed.fold(0.0, f64::max), "the prescribed speed"),
+            (started.fold(0.0, f64::max), "the speed at the start"),
+        ];
+        let (speed, cause) = speeds.into_iter().max_by(|(a, _), (b, _)| a.total_cmp(b)).expect("four speeds");
+        let duration = Hertz::new(template, &contact.materials[template.material]).duration(speed);
+        let steps = duration / self.time_step * f64::from(self.substeps);
+        (speed > 0.0).then_some(Impact { speed, cause, steps })
+    }
+
+    /// Shear rate (1/s) that moving walls or a driven flow between walls make at most, in the mean over the gap.
+    fn shear_rate(&self) -> f64 {
+        let size = self.domain.size();
+        let width = (0..3).map(|axis| self.width_across(axis)).fold(f64::INFINITY, f64::min);
+        let differences = self.walls.iter().enumerate().flat_map(|(first, wall)| {
+            let others = self.walls[first + 1..].iter();
+            let alone = (self.walls.len() == 1).then(|| wall_speed(wall, &size));
+            others
+                .map(move |other| {
+                    let turns = wall.motion.angular_velocity != Vec3::zeros()
+                        || other.motion.angular_velocity != Vec3::zeros();
+                    if turns {
+                        wall_speed(wall, &size) + wall_speed(other, &size)
+                    } else {
+                        (wall.motion.velocity - other.motion.velocity).norm()
+                    }
+                })
+                .chain(alone)
+        });
+        let driven =
+            self.driven_flow().filter(|flow| flow.between_walls).map_or(0.0, |flow| 2.0 * flow.speed);
+        differences.fold(driven, f64::max) / width
     }
 
     /// Bound (m/s) of the speed that prescribed motion gives to the surface of particles of a template.
@@ -153,6 +208,24 @@ mod tests {
         let turbulent = flow(&["driving.body_acceleration=[259.2, 0, 0]", "lattice.relaxation_time=0.5003"]);
         close(turbulent.speed, 0.36 * (2.5 * libm::log(180.0) + 5.5));
         assert!(setup(&["driving.body_acceleration=[0, 0, 9]"]).driven_flow().is_none());
+    }
+
+    #[test]
+    fn particles_meet_at_the_fastest_of_settling_shear_and_the_start() {
+        let impact = |options: &[&str]| setup(options).impact();
+        let at_rest = "driving.body_acceleration=[0, 0, 0]";
+        assert_eq!(impact(&[at_rest]), None);
+        let plates =
+            r#"domain.faces={ "z-" = { velocity = [-1e-3, 0, 0] }, "z+" = { velocity = [2e-3, 0, 0] } }"#;
+        let sheared = impact(&[at_rest, plates]).unwrap();
+        close(sheared.speed, 3e-3 / 1e-3 * 2e-4);
+        assert_eq!(sheared.cause, "shear rate times D");
+        close(impact(&[at_rest, plates, "contact.substeps=4"]).unwrap().steps, 4.0 * sheared.steps);
+        assert_eq!(impact(&[at_rest, plates, "contact.enabled=false"]), None);
+        close(impact(&[]).unwrap().speed, 2.0 * setup(&[]).driven_flow().unwrap().speed / 1e-3 * 2e-4);
+        let started = impact(&[at_rest, plates, "particles.0.velocity=[0, 0, 1e-3]"]).unwrap();
+        assert_eq!((started.speed, started.cause), (1e-3, "the speed at the start"));
+        assert_eq!(impact(&[at_rest, "driving.gravity=1e-3"]).unwrap().cause, "u*");
     }
 
     #[test]

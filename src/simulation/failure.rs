@@ -1,6 +1,6 @@
 //! A failure of one rank, as the others get it.
 
-use crate::case::Setup;
+use crate::case::{STEPS_PER_CONTACT, Setup};
 use crate::error::Error;
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -42,11 +42,19 @@ pub(super) fn hint(setup: &Setup) -> String {
         drives.push("nothing but contacts".to_string());
     }
     let drives = drives.join(", ");
+    let unresolved = setup.impact().filter(|impact| impact.steps < STEPS_PER_CONTACT);
+    let contacts = unresolved.map_or_else(String::new, |impact| {
+        let substeps = (f64::from(setup.substeps) * STEPS_PER_CONTACT / impact.steps).ceil();
+        format!(
+            "; an impact at {} lasts {:.1} steps of the particles: contact.substeps = {substeps:.0} resolves it",
+            impact.cause, impact.steps
+        )
+    });
     match setup.too_light() {
-        Some(light) => format!("; {light}; driven by {drives}"),
+        Some(light) => format!("; {light}; driven by {drives}{contacts}"),
         None if fluid.is_none() => format!("; driven by {drives}"),
         None => format!(
-            "; driven by {drives}: a smaller time step (relaxation time) lowers all velocities on the lattice"
+            "; driven by {drives}: a smaller time step (relaxation time) lowers all velocities on the lattice{contacts}"
         ),
     }
 }
@@ -59,22 +67,24 @@ enum Kind {
     Device,
 }
 
-/// A failure that all ranks learn of at `step`, for a message; that of an engine keeps the step at which it was noticed.
+/// A failure for a message, with its step; `step` is that of failures that have none of their own.
 pub(super) fn to_bytes(error: Error, step: u64) -> Vec<u8> {
     let failure = match error {
         Error::Engine { step, what, .. } => (Kind::Engine, step, what),
         Error::Device { what, .. } => (Kind::Device, step, what),
-        Error::Diverged { what, .. } => (Kind::Divergence, step, what),
+        Error::Diverged { step, what } => (Kind::Divergence, step, what),
         other => (Kind::Divergence, step, other.to_string()),
     };
     serde_json::to_vec(&failure).expect("plain JSON")
 }
 
-/// The first failure of all ranks; those without one sent nothing. `engine` is the name of the engine of all, and `hint` says what
-/// may have caused a divergence.
+/// The first failure of all ranks, of several at one step that of the lowest rank; those without one sent nothing. `engine` is the
+/// name of the engine of all, and `hint` says what may have caused a divergence.
 pub(super) fn first(all: &[Vec<u8>], engine: &'static str, hint: &str) -> Error {
-    let first = all.iter().find(|bytes| !bytes.is_empty()).expect("called when a rank has failed");
-    match serde_json::from_slice(first).expect("made by to_bytes") {
+    let failures = all.iter().filter(|bytes| !bytes.is_empty());
+    let failures = failures.map(|bytes| serde_json::from_slice(bytes).expect("made by to_bytes"));
+    let first = failures.min_by_key(|&(_, step, _): &(Kind, u64, String)| step);
+    match first.expect("called when a rank has failed") {
         (Kind::Engine, step, what) => Error::Engine { engine, step, what },
         (Kind::Device, step, what) => Error::Device { step, what },
         (Kind::Divergence, step, what) => Error::Diverged { step, what: what + hint },

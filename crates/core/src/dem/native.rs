@@ -233,7 +233,7 @@ impl Native {
                 face_passed(&domain, particle.position())
                     .map(|face| outside(substep, &before, particle, face, &params.walls))
             } else {
-                Some(too_far(substep, &before, particle, load.force + contact.force, domain.dx))
+                Some(too_far(substep, &before, particle, [load.force, contact.force], domain.dx))
             };
             if let Some(error) = lost {
                 *particle = before;

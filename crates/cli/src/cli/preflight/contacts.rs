@@ -1,11 +1,9 @@
 //! Contacts: how long they last, how deep they are, and which Young's modulus and sub-steps resolve them.
 
 use crate::cli::terminal::{Row, row};
-use turbid::case::{Hertz, Setup};
+use turbid::case::{Hertz, Impact, STEPS_PER_CONTACT, Setup};
 use turbid::contact::{ContactModel, DampingLaw, law};
 
-/// Fewest usual steps of a contact.
-const USUAL_CONTACT_STEPS: f64 = 50.0;
 /// Most sub-steps that are suggested to anybody.
 const MOST_SUBSTEPS: f64 = 1000.0;
 /// Largest usual depth of a contact in diameters.
@@ -23,18 +21,12 @@ fn submerged_weight(setup: &Setup) -> f64 {
     (template.density - setup.fluid_density()).abs() * template.shape.volume() * setup.gravity.norm()
 }
 
-/// Terminal velocity of one particle (m/s); 0 without a fluid.
-fn terminal_velocity(setup: &Setup) -> f64 {
-    (setup.fluid.as_ref()).map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity)
-}
-
 /// Duration and depth of contacts.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let Some(contact) = &setup.contact else {
         return vec![row("contacts", "off", "")];
     };
     let hertz = hertz(setup, contact);
-    let terminal = terminal_velocity(setup);
     let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.diameter);
     let (weight, dx) = match setup.fluid {
         Some(_) => ("submerged weight", Some(setup.domain.dx)),
@@ -45,18 +37,18 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         None => format!("{d:.3e} m"),
     };
     let mut rows = Vec::new();
-    if terminal > 0.0 {
-        for (speed, name) in [(terminal, "u*"), (0.1 * terminal, "u* / 10")] {
+    if let Some(Impact { speed, cause, .. }) = setup.impact() {
+        for (speed, part) in [(speed, ""), (0.1 * speed, " / 10")] {
             let steps = hertz.duration(speed) / setup.time_step;
             let substeps = match setup.substeps {
                 1 => String::new(),
                 n => format!(", {n} sub-steps each"),
             };
-            let remark = format!("steps, Hertz impact at {name}{substeps}");
+            let remark = format!("steps, Hertz impact at {cause}{part}{substeps}");
             rows.push(row("contact lasts", format!("{steps:.0}"), remark));
         }
-        let impact = hertz.impact_depth(terminal);
-        rows.push(row("overlap, impact", depth(impact), format!("{}, at u*, dry", cells(impact))));
+        let impact = hertz.impact_depth(speed);
+        rows.push(row("overlap, impact", depth(impact), format!("{}, at {cause}, dry", cells(impact))));
     }
     let resting = hertz.static_depth(submerged_weight(setup));
     let remark = format!("{}, one {weight}", cells(resting));
@@ -85,17 +77,17 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
     let contact = setup.contact.as_ref()?;
     let hertz = hertz(setup, contact);
     let given = contact.materials[setup.templates[0].material].youngs_modulus;
-    let steps = hertz.duration(terminal_velocity(setup)) / setup.time_step;
-    let resolved = steps * f64::from(setup.substeps);
+    let impact = setup.impact();
+    let resolved = impact.map_or(f64::INFINITY, |impact| impact.steps);
     let depth = hertz.static_depth(submerged_weight(setup)) / setup.diameter;
-    let (short, deep) = (resolved < USUAL_CONTACT_STEPS, depth > USUAL_DEPTH);
+    let (short, deep) = (resolved < STEPS_PER_CONTACT, depth > USUAL_DEPTH);
     if !short && !deep {
         return None;
     }
     let mut faults = Vec::new();
-    if short {
+    if let Some(Impact { cause, .. }) = impact.filter(|_| short) {
         faults.push(format!(
-            "an impact at u* lasts {resolved:.1} steps of the particles, below {USUAL_CONTACT_STEPS}"
+            "an impact at {cause} lasts {resolved:.1} steps of the particles, below {STEPS_PER_CONTACT}"
         ));
     }
     if deep {
@@ -106,11 +98,12 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
         ));
     }
     // Rounded to the safe side when it is printed.
-    let stiffest = 0.999 * given * libm::pow(resolved / USUAL_CONTACT_STEPS, 2.5);
+    let stiffest = 0.999 * given * libm::pow(resolved / STEPS_PER_CONTACT, 2.5);
     let softest = 1.001 * given * libm::pow(depth / USUAL_DEPTH, 1.5);
     // Sub-steps for the modulus that is left or taken.
     let modulus = if deep { softest } else { given };
-    let substeps = (USUAL_CONTACT_STEPS / steps * libm::pow(modulus / given, 0.4)).ceil();
+    let substeps =
+        (f64::from(setup.substeps) * STEPS_PER_CONTACT / resolved * libm::pow(modulus / given, 0.4)).ceil();
     let enough = substeps <= f64::from(setup.substeps);
     let remedy = match (short, deep) {
         _ if substeps > MOST_SUBSTEPS => {

@@ -61,13 +61,16 @@ pub fn outside(step: u64, before: &Particle, after: &Particle, face: &str, walls
     diverged(step, before, format_args!(": its centre leaves the domain through its {wall}, to {to}"))
 }
 
-/// A particle moves further than a cell (`dx`, m) in one sub-step, or its state is not finite.
-pub(super) fn too_far(step: u64, before: &Particle, after: &Particle, force: Vec3, dx: f64) -> Error {
-    let force = force.norm();
+/// A particle moves further than a cell (`dx`, m) in one sub-step, or its state is not finite; `forces` (N) are those of the fluid
+/// and of contacts.
+pub(super) fn too_far(step: u64, before: &Particle, after: &Particle, forces: [Vec3; 2], dx: f64) -> Error {
+    let [load, contacts] = forces;
+    let (force, contacts) = ((load + contacts).norm(), contacts.norm());
     if after.is_finite() {
         let moved = (after.position() - before.position()).amax();
         let what = format_args!(
-            ": moved {moved:.3e} m in one sub-step, more than a cell ({dx:.3e} m), under {force:.3e} N"
+            ": moved {moved:.3e} m in one sub-step, more than a cell ({dx:.3e} m), under {force:.3e} N, contacts \
+             alone {contacts:.3e} N"
         );
         return diverged(step, before, what);
     }
