@@ -51,7 +51,7 @@ use std::time::Duration;
 
 pub use file::schema;
 pub use file::{BodyColour, Quantity};
-pub use hertz::{Hertz, STEPS_PER_CONTACT};
+pub use hertz::Hertz;
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
 pub(crate) use resolve::with_shapes;

@@ -14,7 +14,7 @@ use crate::contact::Material;
 use crate::particle::Template;
 
 /// Steps of the particles in which a contact is resolved.
-pub const STEPS_PER_CONTACT: f64 = 50.0;
+pub(super) const STEPS_PER_CONTACT: f64 = 50.0;
 
 /// Two equal spheres in contact.
 #[derive(Clone, Copy, Debug)]

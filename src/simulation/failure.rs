@@ -1,6 +1,6 @@
 //! A failure of one rank, as the others get it.
 
-use crate::case::{STEPS_PER_CONTACT, Setup};
+use crate::case::Setup;
 use crate::error::Error;
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -42,12 +42,13 @@ pub(super) fn hint(setup: &Setup) -> String {
         drives.push("nothing but contacts".to_string());
     }
     let drives = drives.join(", ");
-    let unresolved = setup.impact().filter(|impact| impact.steps < STEPS_PER_CONTACT);
+    let unresolved = setup.impact().filter(|impact| impact.steps < impact.needed);
     let contacts = unresolved.map_or_else(String::new, |impact| {
-        let substeps = (f64::from(setup.substeps) * STEPS_PER_CONTACT / impact.steps).ceil();
         format!(
-            "; an impact at {} lasts {:.1} steps of the particles: contact.substeps = {substeps:.0} resolves it",
-            impact.cause, impact.steps
+            "; an impact at {} lasts {:.1} steps of the particles: contact.substeps = {:.0} resolves it",
+            impact.cause,
+            impact.steps,
+            impact.substeps(setup.substeps)
         )
     });
     match setup.too_light() {

@@ -1,7 +1,7 @@
 //! Contacts: how long they last, how deep they are, and which Young's modulus and sub-steps resolve them.
 
 use crate::cli::terminal::{Row, row};
-use turbid::case::{Hertz, Impact, STEPS_PER_CONTACT, Setup};
+use turbid::case::{Hertz, Impact, Setup};
 use turbid::contact::{ContactModel, DampingLaw, law};
 
 /// Most sub-steps that are suggested to anybody.
@@ -78,17 +78,15 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
     let hertz = hertz(setup, contact);
     let given = contact.materials[setup.templates[0].material].youngs_modulus;
     let impact = setup.impact();
-    let resolved = impact.map_or(f64::INFINITY, |impact| impact.steps);
+    let resolved = impact.map_or(f64::INFINITY, |impact| impact.steps / impact.needed);
     let depth = hertz.static_depth(submerged_weight(setup)) / setup.diameter;
-    let (short, deep) = (resolved < STEPS_PER_CONTACT, depth > USUAL_DEPTH);
+    let (short, deep) = (resolved < 1.0, depth > USUAL_DEPTH);
     if !short && !deep {
         return None;
     }
     let mut faults = Vec::new();
-    if let Some(Impact { cause, .. }) = impact.filter(|_| short) {
-        faults.push(format!(
-            "an impact at {cause} lasts {resolved:.1} steps of the particles, below {STEPS_PER_CONTACT}"
-        ));
+    if let Some(Impact { cause, steps, needed, .. }) = impact.filter(|_| short) {
+        faults.push(format!("an impact at {cause} lasts {steps:.1} steps of the particles, below {needed}"));
     }
     if deep {
         faults.push(format!(
@@ -98,12 +96,11 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
         ));
     }
     // Rounded to the safe side when it is printed.
-    let stiffest = 0.999 * given * libm::pow(resolved / STEPS_PER_CONTACT, 2.5);
+    let stiffest = 0.999 * given * libm::pow(resolved, 2.5);
     let softest = 1.001 * given * libm::pow(depth / USUAL_DEPTH, 1.5);
     // Sub-steps for the modulus that is left or taken.
     let modulus = if deep { softest } else { given };
-    let substeps =
-        (f64::from(setup.substeps) * STEPS_PER_CONTACT / resolved * libm::pow(modulus / given, 0.4)).ceil();
+    let substeps = (f64::from(setup.substeps) / resolved * libm::pow(modulus / given, 0.4)).ceil();
     let enough = substeps <= f64::from(setup.substeps);
     let remedy = match (short, deep) {
         _ if substeps > MOST_SUBSTEPS => {
