@@ -229,23 +229,27 @@ mod tests {
 
     #[test]
     fn the_impact_that_needs_the_shortest_steps_is_that_of_settling_shear_or_the_start() {
-        let impact = |options: &[&str]| setup(options).impact();
+        let pair = "particles.0.list=[[1e-3, 5e-4, 5e-4], [5e-4, 5e-4, 5e-4]]";
+        let impact = |options: &[&str]| setup(&[&[pair], options].concat()).impact();
         let at_rest = "driving.body_acceleration=[0, 0, 0]";
         assert_eq!(impact(&[at_rest]), None);
         let plates =
             r#"domain.faces={ "z-" = { velocity = [-1e-3, 0, 0] }, "z+" = { velocity = [2e-3, 0, 0] } }"#;
+        assert_eq!(setup(&[at_rest, plates]).impact(), None, "one particle meets nobody");
         let sheared = impact(&[at_rest, plates]).unwrap();
         close(sheared.speed, 3e-3 / 1e-3 * 2e-4);
         assert_eq!(sheared.cause, "shear rate times D");
         close(impact(&[at_rest, plates, "contact.substeps=4"]).unwrap().steps, 4.0 * sheared.steps);
-        let enough = sheared.substeps(1);
-        let resolved = impact(&[at_rest, plates, &format!("contact.substeps={enough}")]).unwrap();
+        let resolved = format!("contact.substeps={}", sheared.substeps(1));
+        let resolved = impact(&[at_rest, plates, &resolved]).unwrap();
         assert!(
-            resolved.steps >= resolved.needed && resolved.steps < 2.0 * resolved.needed.max(sheared.steps)
+            sheared.steps < sheared.needed && resolved.steps >= resolved.needed,
+            "{sheared:?} {resolved:?}"
         );
         assert_eq!(impact(&[at_rest, plates, "contact.enabled=false"]), None);
         close(impact(&[]).unwrap().speed, 2.0 * setup(&[]).driven_flow().unwrap().speed / 1e-3 * 2e-4);
-        let started = impact(&[at_rest, plates, "particles.0.velocity=[0, 0, 1e-3]"]).unwrap();
+        let thrown = "particles.0.list=[{ position = [1e-3, 5e-4, 5e-4], velocity = [0, 0, 1e-3] }]";
+        let started = setup(&[at_rest, plates, thrown]).impact().unwrap();
         assert_eq!((started.speed, started.cause), (1e-3, "the speed at the start"));
         assert_eq!(impact(&[at_rest, "driving.gravity=1e-3"]).unwrap().cause, "u*");
     }
