@@ -289,7 +289,7 @@ fn a_fluid_that_becomes_too_fast_stops_the_run_with_step_position_and_quantity()
             "contact.youngs_modulus=2e6",
         ]);
         let step = number_after(&said, "diverged at step");
-        assert!((1.0..60.0).contains(&step), "{said}");
+        assert!((0.0..60.0).contains(&step), "{said}");
         // Well above the limit already when it is next looked at.
         let speed = number_after(&said, "fluid velocity");
         assert!((0.4..1.0).contains(&speed), "{said}");
@@ -309,7 +309,7 @@ fn a_particle_that_is_thrown_stops_the_run_with_step_place_and_quantity() {
         "contact.youngs_modulus=1e12",
     ]);
     let step = number_after(&said, "diverged at step");
-    assert!((1.0..60.0).contains(&step), "{said}");
+    assert!((0.0..60.0).contains(&step), "{said}");
     let (_, diverged) = said.split_once("diverged").unwrap();
     assert!(number_after(diverged, "particle") < PARTICLES as f64, "{said}");
     assert!(said.contains("more than a cell"), "{said}");
