@@ -10,10 +10,10 @@ mod neighbours;
 pub mod positions;
 pub mod relax;
 
+use crate::contact::PairFinder;
 use crate::domain::Domain;
 use crate::math::Vec3;
 use crate::wall::Surface;
-pub use neighbours::close_pairs;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
@@ -77,11 +77,14 @@ pub fn pack(
         positions.push(domain.wrap(Vec3::new(x, y, z).component_mul(&size)));
     }
     let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
+    let mut finder = PairFinder::new(*domain);
     for _ in 0..MAX_ROUNDS {
-        let pairs = close_pairs(domain, &positions, &reaches);
         // Fixed ones may be as close to each other as they like.
         let mut moved = false;
-        for &(a, b) in pairs.iter().filter(|(_, b)| *b >= fixed.len()) {
+        for [a, b] in finder.find(&positions, &reaches).iter().map(|pair| pair.map(|i| i as usize)) {
+            if b < fixed.len() {
+                continue;
+            }
             let wanted = reaches[a] + reaches[b];
             let apart = domain.nearest_image(positions[b] - positions[a]);
             // An earlier push of this round may have parted them already.

@@ -153,7 +153,8 @@ impl<'a> Check<'a> {
         if (least..=most).contains(&has) {
             return Ok(());
         }
-        let title = format!("`{key}` has {has} {}, but must have {least}", plural(has, "value"));
+        let values = if has == 1 { "value" } else { "values" };
+        let title = format!("`{key}` has {has} {values}, but must have {least}");
         let mut remedy = match least {
             3 => "one for each of x, y, z".to_string(),
             _ => format!("give {least} values"),
@@ -345,8 +346,4 @@ fn short(text: &str) -> String {
         short.push_str("...");
     }
     short
-}
-
-fn plural(count: usize, word: &str) -> String {
-    format!("{word}{}", if count == 1 { "" } else { "s" })
 }

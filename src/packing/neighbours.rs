@@ -1,4 +1,4 @@
-//! Pairs of spheres that are too close, by a cell list with nearest images.
+//! Bodies near a position, while bodies move one by one.
 
 use crate::domain::Domain;
 use crate::math::Vec3;
@@ -65,34 +65,9 @@ impl Bins {
     }
 }
 
-/// All pairs `a < b` of wrapped positions nearer than `reaches[a] + reaches[b]` (m), ascending.
-///
-/// Distances are those of nearest images; reaches up to a quarter of the box are safe.
-pub fn close_pairs(domain: &Domain, positions: &[Vec3], reaches: &[f64]) -> Vec<(usize, usize)> {
-    assert_eq!(positions.len(), reaches.len());
-    let widest = 2.0 * reaches.iter().copied().fold(0.0, f64::max);
-    let mut bins = Bins::new(domain, widest, positions.len());
-    for (i, p) in positions.iter().enumerate() {
-        bins.add(i, p);
-    }
-    let mut pairs = Vec::new();
-    for (a, p) in positions.iter().enumerate() {
-        let start = pairs.len();
-        for &b in bins.around(p).flatten() {
-            let reach = reaches[a] + reaches[b];
-            if b > a && domain.nearest_image(positions[b] - p).norm_squared() < reach * reach {
-                pairs.push((a, b));
-            }
-        }
-        pairs[start..].sort_unstable();
-    }
-    pairs
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use proptest::prelude::*;
 
     #[test]
     fn in_a_long_box_a_position_has_no_more_near_it_than_in_a_cube() {
@@ -108,28 +83,5 @@ mod tests {
         };
         assert_eq!(nearby([20, 20, 20]), 27);
         assert_eq!(nearby([4, 4, 500]), 27);
-    }
-
-    proptest! {
-        #[test]
-        fn the_cell_list_finds_the_pairs_that_brute_force_finds(
-            cells in prop::array::uniform3(8_usize..60),
-            points in prop::collection::vec((0.0..1.0, 0.0..1.0, 0.0..1.0, 0.05..1.0), 0..60),
-        ) {
-            let domain = Domain { periodic: [true; 3], cells, dx: 0.5 };
-            let positions: Vec<Vec3> =
-                points.iter().map(|&(x, y, z, _)| Vec3::new(x, y, z).component_mul(&domain.size())).collect();
-            let reaches: Vec<f64> = points.iter().map(|p| p.3).collect();
-            let mut expected = Vec::new();
-            for a in 0..points.len() {
-                for b in a + 1..points.len() {
-                    let reach = reaches[a] + reaches[b];
-                    if domain.nearest_image(positions[b] - positions[a]).norm_squared() < reach * reach {
-                        expected.push((a, b));
-                    }
-                }
-            }
-            prop_assert_eq!(close_pairs(&domain, &positions, &reaches), expected);
-        }
     }
 }

@@ -107,48 +107,26 @@ pub fn random_orientations(count: usize, seed: u64) -> Vec<Quat> {
 
 /// Moves all bodies but the first `fixed` ones until no two overlap and none overlaps a wall.
 ///
-/// Returns whether that was reached; fixed ones may overlap each other and the walls.
+/// Returns whether that was reached; fixed ones may overlap each other and the walls. With `limits`, one for each pose, no point of
+/// a body moves further than the limit of that body (m), and it gives up once the overlaps no longer shrink.
 pub fn relax(
     domain: Domain,
     walls: &[Surface],
     contours: &[GrownShape],
     poses: &mut [Pose],
     fixed: usize,
-) -> bool {
-    relax_with(domain, walls, contours, poses, fixed, None)
-}
-
-/// As [`relax`], where no point of a body moves further than the limit of that body (m), one for each pose. Gives up once the
-/// overlaps no longer shrink.
-pub fn relax_within(
-    domain: Domain,
-    walls: &[Surface],
-    contours: &[GrownShape],
-    poses: &mut [Pose],
-    fixed: usize,
-    limits: &[f64],
+    limits: Option<&[f64]>,
 ) -> bool {
     let starts = poses.to_vec();
-    relax_with(domain, walls, contours, poses, fixed, Some((&starts, limits)))
-}
-
-fn relax_with(
-    domain: Domain,
-    walls: &[Surface],
-    contours: &[GrownShape],
-    poses: &mut [Pose],
-    fixed: usize,
-    bounds: Option<(&[Pose], &[f64])>,
-) -> bool {
     let movers: Vec<Mover> = contours.iter().map(Mover::new).collect();
     let radii: Vec<f64> = poses.iter().map(|p| contours[p.contour].reach()).collect();
     let hold = |pose: &mut Pose, i: usize| {
-        if let Some((starts, limits)) = bounds {
+        if let Some(limits) = limits {
             pose.hold(&domain, &starts[i], radii[i], limits[i]);
         }
     };
     let mut finder = PairFinder::new(domain);
-    let touching = if bounds.is_some() { TOUCHING } else { 0.0 };
+    let touching = if limits.is_some() { TOUCHING } else { 0.0 };
     // The sum of all overlaps in units of the reach, and the round since which it has not shrunk.
     let mut least_sum = (f64::INFINITY, 0);
     for round in 0..MAX_ROUNDS {
@@ -214,7 +192,7 @@ fn relax_with(
         }
         if sum < SHRINKS * least_sum.0 {
             least_sum = (sum, round);
-        } else if bounds.is_some() && round - least_sum.1 > PATIENCE {
+        } else if limits.is_some() && round - least_sum.1 > PATIENCE {
             return false;
         }
     }

@@ -78,7 +78,7 @@ trait Driver: Send + Sync {
 /// Compiled kernels.
 trait Program: Send + Sync {
     /// A kernel, whose arguments belong to the caller alone.
-    fn kernel(&self, name: &str) -> std::result::Result<Kernel, Failed>;
+    fn kernel(&self, name: &str) -> Done<Kernel>;
 
     /// Work that is done in the order in which it is given.
     fn commands(self: Arc<Self>) -> std::result::Result<Box<dyn Commands>, Failed>;
@@ -90,18 +90,12 @@ trait Program: Send + Sync {
 /// Of its functions: arrays and kernels are those of this driver and device, arrays have at least the bytes given, and with its arguments a kernel stays
 /// within its arrays.
 trait Commands {
-    fn allocate(&self, bytes: usize) -> std::result::Result<Memory, Failed>;
-    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> std::result::Result<(), Failed>;
-    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> std::result::Result<(), Failed>;
-    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> std::result::Result<(), Failed>;
-    unsafe fn launch(
-        &self,
-        kernel: &Kernel,
-        arguments: &[Argument],
-        groups: usize,
-        group: usize,
-    ) -> std::result::Result<(), Failed>;
-    fn finish(&self) -> std::result::Result<(), Failed>;
+    fn allocate(&self, bytes: usize) -> Done<Memory>;
+    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done;
+    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Done;
+    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Done;
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done;
+    fn finish(&self) -> Done;
 }
 
 enum Memory {
@@ -243,10 +237,7 @@ impl Device {
 }
 
 /// Time that the device takes (s).
-fn timed(
-    queue: &Queue,
-    work: impl FnOnce() -> std::result::Result<(), Failed>,
-) -> std::result::Result<f64, Failed> {
+fn timed(queue: &Queue, work: impl FnOnce() -> Done) -> Done<f64> {
     queue.finish()?;
     let start = std::time::Instant::now();
     work()?;
@@ -279,6 +270,9 @@ pub(crate) struct Array {
 /// Why a device did not do what was asked.
 #[derive(Clone, Debug)]
 pub(crate) struct Failed(pub(crate) String);
+
+/// A result of a device.
+pub(crate) type Done<T = ()> = std::result::Result<T, Failed>;
 
 impl fmt::Display for Failed {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -331,7 +325,7 @@ impl Queue {
     }
 
     /// Makes sure that an array has room for some bytes; what it held is lost if it grows.
-    pub(crate) fn reserve(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
+    pub(crate) fn reserve(&self, array: &mut Array, bytes: usize) -> Done {
         if array.bytes < bytes {
             let size = bytes + bytes / 4;
             array.memory = self.commands.allocate(size)?;
@@ -341,18 +335,14 @@ impl Queue {
     }
 
     /// Zeros in the first bytes, a multiple of 8.
-    pub(crate) fn clear(&self, array: &mut Array, bytes: usize) -> std::result::Result<(), Failed> {
+    pub(crate) fn clear(&self, array: &mut Array, bytes: usize) -> Done {
         let bytes = bytes.min(array.bytes);
         // SAFETY: the array is as long.
         unsafe { self.commands.clear(&mut array.memory, bytes) }
     }
 
     /// Writes numbers to the start of an array, which grows if need be.
-    pub(crate) fn write<T: bytemuck::Pod>(
-        &self,
-        array: &mut Array,
-        values: &[T],
-    ) -> std::result::Result<(), Failed> {
+    pub(crate) fn write<T: bytemuck::Pod>(&self, array: &mut Array, values: &[T]) -> Done {
         let bytes: &[u8] = bytemuck::cast_slice(values);
         self.reserve(array, bytes.len())?;
         if !bytes.is_empty() {
@@ -363,11 +353,7 @@ impl Queue {
     }
 
     /// Reads numbers from the start of an array, when all work given before is done.
-    pub(crate) fn read<T: bytemuck::Pod>(
-        &self,
-        array: &Array,
-        values: &mut [T],
-    ) -> std::result::Result<(), Failed> {
+    pub(crate) fn read<T: bytemuck::Pod>(&self, array: &Array, values: &mut [T]) -> Done {
         let bytes: &mut [u8] = bytemuck::cast_slice_mut(values);
         assert!(bytes.len() <= array.bytes);
         if !bytes.is_empty() {
@@ -393,7 +379,7 @@ impl Queue {
         groups: usize,
         group: usize,
         bytes: usize,
-    ) -> std::result::Result<(), Failed> {
+    ) -> Done {
         // SAFETY: promised by the caller.
         let enqueue = || unsafe { self.commands.launch(&of.kernel, arguments, groups, group) };
         let mut costs = self.costs.borrow_mut();
@@ -419,14 +405,14 @@ impl Queue {
         arguments: &[Argument],
         count: usize,
         bytes_each: usize,
-    ) -> std::result::Result<(), Failed> {
+    ) -> Done {
         const GROUP: usize = 64;
         // SAFETY: promised by the caller.
         unsafe { self.launch(kernel, arguments, count.div_ceil(GROUP), GROUP, count * bytes_each) }
     }
 
     /// Waits for all that was given.
-    pub(crate) fn finish(&self) -> std::result::Result<(), Failed> {
+    pub(crate) fn finish(&self) -> Done {
         self.commands.finish()
     }
 

@@ -3,12 +3,11 @@
 use super::{Placed, Placer};
 use crate::case::file::{MotionSection, NamedMotion};
 use crate::case::kinds::Kind;
-use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
+use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::packing::close_pairs;
 use crate::packing::relax::TOUCHING;
-use crate::particle::{Particle, Template};
+use crate::particle::Particle;
 use crate::wall::Surface;
 
 /// Overlaps that are named; the others are counted.
@@ -63,7 +62,7 @@ impl Placer<'_> {
         let radius = |i: usize| grown(i).shape.circumradius() + grown(i).enlargement;
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
         let (mut first, mut overlaps) = (None, Overlaps::default());
-        for (a, b) in close_pairs(&self.domain, &positions, &reaches) {
+        for [a, b] in self.near(&positions, &reaches) {
             let direct = positions[b] - positions[a];
             let offset = self.domain.nearest_image(direct);
             let bodies = [a, b].map(|i| body(contours, &placed[i].particle));
@@ -107,16 +106,11 @@ impl Placer<'_> {
     /// made with another enlargement, and its particles would be thrown apart.
     pub(super) fn grown_overlaps(&self, placed: &[Placed]) -> Option<String> {
         let gap = self.enlargement;
-        let grown = |template: &Template| GrownShape::new(template.shape.clone(), gap);
-        let contours: Vec<GrownShape> = self.kinds.templates.iter().map(grown).collect();
+        let contours = self.contours(vec![2.0 * gap; self.kinds.templates.len()]);
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
         let bodies: Vec<Body> = placed.iter().map(|p| body(&contours, &p.particle)).collect();
         let reaches: Vec<f64> = bodies.iter().map(|body| body.grown.shape.circumradius() + gap).collect();
-        let pairs = if gap > 0.0 && !placed.is_empty() {
-            close_pairs(&self.domain, &positions, &reaches)
-        } else {
-            Vec::new()
-        };
+        let pairs = if gap > 0.0 { self.near(&positions, &reaches) } else { Vec::new() };
         // Two bodies whose whole motion is prescribed exert no force on each other.
         let moves = |i: usize| {
             let is_of = |kind: &Kind| kind.templates().contains(&(placed[i].particle.template as usize));
@@ -124,7 +118,7 @@ impl Placer<'_> {
             let motion = index.and_then(|index| self.document.case.particles[index].motion.as_ref());
             !matches!(motion, Some(MotionSection::Named(NamedMotion::Fixed)))
         };
-        let depths = pairs.into_iter().filter(|&(a, b)| moves(a) || moves(b)).map(|(a, b)| {
+        let depths = pairs.into_iter().filter(|&[a, b]| moves(a) || moves(b)).map(|[a, b]| {
             let offset = self.domain.nearest_image(positions[b] - positions[a]);
             depth_of(&[bodies[a], bodies[b]], offset)
         });
@@ -140,6 +134,12 @@ impl Placer<'_> {
              `contact.enlargement` to the value that the packing was made with"
         );
         Some(self.document.warning(&placed[0].key, &title, &label, &remedy))
+    }
+
+    /// Pairs whose bounding spheres meet.
+    fn near(&self, positions: &[Vec3], radii: &[f64]) -> Vec<[usize; 2]> {
+        let mut finder = PairFinder::new(self.domain);
+        finder.find(positions, radii).iter().map(|pair| pair.map(|i| i as usize)).collect()
     }
 
     fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {

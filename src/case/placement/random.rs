@@ -1,8 +1,8 @@
 //! Particles at random positions, clear of each other, of those that are listed, and of walls.
 
 use super::Placer;
+use super::relaxed::pose;
 use crate::case::file::ParticleSection;
-use crate::contact::GrownShape;
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
 use crate::memory;
@@ -154,25 +154,17 @@ impl Placer<'_> {
         let fresh = positions.iter().zip(&orientations).zip(&drawn);
         let mut poses: Vec<Pose> = particles
             .iter()
-            .map(|p| Pose {
-                contour: p.template as usize,
-                position: p.position(),
-                orientation: p.orientation(),
-            })
+            .map(pose)
             .chain(fresh.map(|((&position, &orientation), &template)| Pose {
                 contour: template,
                 position,
                 orientation: if is_sphere(template) { Quat::identity() } else { orientation },
             }))
             .collect();
-        let contours: Vec<GrownShape> = templates
-            .iter()
-            .zip(&gaps)
-            .map(|(template, gap)| GrownShape::new(template.shape.clone(), 0.5 * gap))
-            .collect();
+        let contours = self.contours(gaps);
         // Spheres are clear of each other already.
         if poses.iter().any(|pose| !is_sphere(pose.contour))
-            && !relax(self.domain, &walls, &contours, &mut poses, particles.len())
+            && !relax(self.domain, &walls, &contours, &mut poses, particles.len(), None)
         {
             return Err(refused());
         }

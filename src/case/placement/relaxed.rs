@@ -6,8 +6,8 @@ use crate::case::kinds::Kind;
 use crate::contact::GrownShape;
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::packing::relax::{Pose, relax_within};
-use crate::particle::Particle;
+use crate::packing::relax::{Pose, relax};
+use crate::particle::{Particle, Template};
 use crate::wall::Surface;
 
 /// Furthest that a point of a particle is moved by default, in diameters of the sphere of equal volume.
@@ -45,9 +45,13 @@ impl Placer<'_> {
             let section = &self.document.case.particles[index];
             section.minimum_gap.filter(|_| relaxes(section)).unwrap_or(0.0)
         });
-        (self.kinds.templates.iter().zip(gaps))
-            .map(|(template, gap)| GrownShape::new(template.shape.clone(), 0.5 * gap))
-            .collect()
+        self.contours(gaps)
+    }
+
+    /// Shapes with half of the gaps that their bodies keep, by template (m).
+    pub(super) fn contours(&self, gaps: Vec<f64>) -> Vec<GrownShape> {
+        let grown = |(template, gap): (&Template, f64)| GrownShape::new(template.shape.clone(), 0.5 * gap);
+        self.kinds.templates.iter().zip(gaps).map(grown).collect()
     }
 
     /// Furthest that a point of a particle may be moved (m), if it may.
@@ -77,7 +81,7 @@ impl Placer<'_> {
         let bounds: Vec<f64> = order.iter().map(|&i| limit(&placed[i]).unwrap_or(0.0)).collect();
         let mut poses = starts.clone();
         let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
-        relax_within(self.domain, &walls, &self.relaxed_contours(), &mut poses, fixed, &bounds);
+        relax(self.domain, &walls, &self.relaxed_contours(), &mut poses, fixed, Some(&bounds));
 
         let (mut count, mut sum, mut most, mut turn) = (0_usize, 0.0, 0.0_f64, 0.0_f64);
         for ((&i, start), pose) in order.iter().zip(&starts).zip(&poses).skip(fixed) {
@@ -113,7 +117,7 @@ impl Placer<'_> {
     }
 }
 
-fn pose(particle: &Particle) -> Pose {
+pub(super) fn pose(particle: &Particle) -> Pose {
     Pose {
         contour: particle.template as usize,
         position: particle.position(),

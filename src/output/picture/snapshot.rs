@@ -52,22 +52,18 @@ impl Snapshot<'_> {
     }
 
     /// Unit of length of the axes (m) and its name: the diameter of the first kind of particle, or a unit that suits the box.
-    pub(super) fn unit(&self) -> (f64, &'static str) {
+    pub(super) fn unit(&self) -> (f64, String) {
         if let Some(template) = self.templates.first() {
-            return (template.shape.equivalent_diameter(), "D");
+            return (template.shape.equivalent_diameter(), "D".to_owned());
         }
-        match unit_prefix(self.domain.size().max()) {
-            ("m", factor) => (1.0 / factor, "mm"),
-            ("", factor) => (1.0 / factor, "m"),
-            ("n", factor) => (1.0 / factor, "nm"),
-            (_, factor) => (1.0 / factor, "\u{b5}m"),
-        }
+        let (prefix, factor) = unit_prefix(self.domain.size().max());
+        (1.0 / factor, format!("{prefix}m"))
     }
 
     /// The page with a finished image of a plane on it, with a caption.
     pub(super) fn figure(&self, plane: &Plane, image: Image, caption: &str, scale: &Scale) -> Figure {
         let (length, unit) = self.unit();
-        let label = |axis: usize| match unit {
+        let label = |axis: usize| match &*unit {
             "D" => format!("{} / D", AXES[axis]),
             unit => format!("{} ({unit})", AXES[axis]),
         };
@@ -88,7 +84,7 @@ impl Snapshot<'_> {
 
 /// Points of the picture of a plane.
 impl Plane {
-    /// Distance from the top of the picture of a coordinate along `up`, both in metres.
+    /// Distance from the top of the picture of a coordinate along `up`, both in metres; and the other way round.
     pub(super) fn down(&self, up: f64) -> f64 {
         if self.flipped { up } else { self.size.1 - up }
     }
@@ -102,8 +98,9 @@ impl Plane {
 
     /// The point of the slice at a position in the picture (m from its top left corner).
     pub(super) fn point(&self, right: f64, down: f64) -> Vec3 {
-        let up = if self.flipped { down } else { self.size.1 - down };
-        Vec3::ith(self.across, right) + Vec3::ith(self.up, up) + Vec3::ith(self.normal, self.height())
+        Vec3::ith(self.across, right)
+            + Vec3::ith(self.up, self.down(down))
+            + Vec3::ith(self.normal, self.height())
     }
 
     /// Width and height of the picture in pixels, and pixels per metre.

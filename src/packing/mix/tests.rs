@@ -36,7 +36,7 @@ fn packed(
     let contours = vec![GrownShape::new(shape.clone(), 0.5 * gap)];
     let mut poses: Vec<Pose> = poses.collect();
     if !sphere {
-        assert!(relax(*domain, walls, &contours, &mut poses, 0));
+        assert!(relax(*domain, walls, &contours, &mut poses, 0, None));
     }
     (contours, poses)
 }

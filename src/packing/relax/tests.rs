@@ -45,7 +45,7 @@ fn cubes_at_a_volume_fraction_of_three_tenths_come_apart() {
     let (contours, mut poses) = thrown(&domain, shape.clone(), 0.3);
     let before = overlaps(&domain, &[], &shape, &poses);
     assert!(before > 20, "{before} overlaps to begin with");
-    assert!(relax(domain, &[], &contours, &mut poses, 0));
+    assert!(relax(domain, &[], &contours, &mut poses, 0, None));
     assert_eq!(overlaps(&domain, &[], &shape, &poses), 0);
 }
 
@@ -57,7 +57,7 @@ fn slabs_between_walls_stay_inside() {
         .map(|(z, up)| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::new(0.0, 0.0, up) });
     let (contours, mut poses) = thrown(&domain, shape.clone(), 0.2);
     assert!(overlaps(&domain, &walls, &shape, &poses) > 5);
-    assert!(relax(domain, &walls, &contours, &mut poses, 0));
+    assert!(relax(domain, &walls, &contours, &mut poses, 0, None));
     assert_eq!(overlaps(&domain, &walls, &shape, &poses), 0);
 }
 
@@ -68,7 +68,7 @@ fn fixed_bodies_stay_where_they_are() {
     let (contours, mut poses) = thrown(&domain, shape, 0.1);
     poses[1].position = poses[0].position + Vec3::new(0.2, 0.1, 0.0);
     let before = poses.clone();
-    assert!(relax(domain, &[], &contours, &mut poses, 1));
+    assert!(relax(domain, &[], &contours, &mut poses, 1, None));
     assert_eq!(poses[0], before[0]);
     assert_ne!(poses[1], before[1]);
 }
@@ -98,8 +98,8 @@ fn within_limits_that_suffice_bodies_go_where_they_go_without() {
     let domain = domain(40);
     let (contours, poses) = thrown(&domain, shape, 0.25);
     let (mut free, mut bounded) = (poses.clone(), poses.clone());
-    assert!(relax(domain, &[], &contours, &mut free, 0));
-    assert!(relax_within(domain, &[], &contours, &mut bounded, 0, &vec![10.0; poses.len()]));
+    assert!(relax(domain, &[], &contours, &mut free, 0, None));
+    assert!(relax(domain, &[], &contours, &mut bounded, 0, Some(&vec![10.0; poses.len()])));
     assert_ne!(free, poses);
     assert_eq!(free, bounded);
 }
@@ -114,7 +114,7 @@ fn no_point_of_a_body_moves_further_than_its_limit() {
     for (limit, suffices) in [(0.45, true), (0.05, false)] {
         let mut poses = starts.clone();
         let limits = vec![limit; poses.len()];
-        assert_eq!(relax_within(domain, &[], &contours, &mut poses, 0, &limits), suffices);
+        assert_eq!(relax(domain, &[], &contours, &mut poses, 0, Some(&limits)), suffices);
         let ways: Vec<f64> =
             starts.iter().zip(&poses).map(|(a, b)| furthest(&domain, 0.5 * edges, a, b)).collect();
         let most = ways.iter().copied().fold(0.0, f64::max);
@@ -136,7 +136,7 @@ fn an_ellipsoid_that_dips_into_a_wall_by_less_than_samples_see_is_lifted_out() {
     for depth in [1e-3, 1e-6, 1e-9] {
         let position = Vec3::new(2.0, 2.0, 0.4 - depth);
         let mut poses = [Pose { contour: 0, position, orientation: Quat::identity() }];
-        assert!(relax_within(domain, &walls, &contours, &mut poses, 0, &[0.1]));
+        assert!(relax(domain, &walls, &contours, &mut poses, 0, Some(&[0.1])));
         let down = poses[0].orientation.inverse_transform_vector(&-Vec3::z());
         let lowest = poses[0].position.z - shape.support(down).dot(&down);
         assert!((0.0..1e-2).contains(&lowest), "{lowest} from {depth}");

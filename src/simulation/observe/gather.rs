@@ -234,12 +234,8 @@ pub(super) fn slice(
     all
 }
 
-fn velocity(units: &Units, state: &CellState) -> [f32; 3] {
-    state.velocity.map(|u| (u * units.velocity()) as f32)
-}
-
 fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
-    let [u, v, w] = velocity(units, state);
+    let [u, v, w] = state.velocity.map(|u| (u * units.velocity()) as f32);
     let pressure = (state.density_deviation * units.pressure()) as f32;
     [u, v, w, pressure, state.solid_fraction as f32]
 }

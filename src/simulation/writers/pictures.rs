@@ -75,7 +75,8 @@ impl<'a> Pictures<'a> {
 
     /// Colours of all particles.
     fn bodies(&mut self, plan: &ViewPlan, particles: &[Particle]) -> Coloured {
-        let measure = match plan.colour {
+        let speed = Measure { label: "speed of particles", ..Measure::of_flow(Quantity::Speed) };
+        let (measure, value): (Measure, fn(&Particle) -> f64) = match plan.colour {
             BodyColour::Plain => {
                 return Coloured::Colours(vec![if plan.chains { PALE } else { PLAIN }; particles.len()]);
             }
@@ -83,20 +84,12 @@ impl<'a> Pictures<'a> {
                 let kind = |p: &Particle| KINDS[self.setup.sections[p.template as usize] % KINDS.len()];
                 return Coloured::Colours(particles.iter().map(kind).collect());
             }
-            BodyColour::Speed => Measure { label: "speed of particles", ..Measure::of_flow(Quantity::Speed) },
-            BodyColour::VelocityX => Measure::of_flow(Quantity::VelocityX),
-            BodyColour::VelocityY => Measure::of_flow(Quantity::VelocityY),
-            BodyColour::VelocityZ => Measure::of_flow(Quantity::VelocityZ),
-            BodyColour::AngularSpeed => ANGULAR_SPEED,
-            BodyColour::ContactForce => FORCE,
-        };
-        let value = |p: &Particle| match plan.colour {
-            BodyColour::VelocityX => p.velocity[0],
-            BodyColour::VelocityY => p.velocity[1],
-            BodyColour::VelocityZ => p.velocity[2],
-            BodyColour::AngularSpeed => p.angular_velocity().norm(),
-            BodyColour::ContactForce => Vec3::from(p.contact_force).norm(),
-            _ => p.velocity().norm(),
+            BodyColour::Speed => (speed, |p| p.velocity().norm()),
+            BodyColour::VelocityX => (Measure::of_flow(Quantity::VelocityX), |p| p.velocity[0]),
+            BodyColour::VelocityY => (Measure::of_flow(Quantity::VelocityY), |p| p.velocity[1]),
+            BodyColour::VelocityZ => (Measure::of_flow(Quantity::VelocityZ), |p| p.velocity[2]),
+            BodyColour::AngularSpeed => (ANGULAR_SPEED, |p| p.angular_velocity().norm()),
+            BodyColour::ContactForce => (FORCE, |p| Vec3::from(p.contact_force).norm()),
         };
         let values: Vec<f64> = particles.iter().map(value).collect();
         let largest = || values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
@@ -272,10 +265,9 @@ fn diameter(setup: &Setup) -> f64 {
 fn weight(setup: &Setup) -> f64 {
     let (gravity, size) = (setup.gravity, setup.domain.size());
     let down = gravity.iamax();
-    let density = setup.fluid.as_ref().map_or(0.0, |fluid| fluid.density);
     let weight = |p: &Particle| {
         let template = &setup.templates[p.template as usize];
-        (template.density - density).abs() * template.shape.volume() * gravity.norm()
+        (template.density - setup.fluid_density()).abs() * template.shape.volume() * gravity.norm()
     };
     let (floor, diameter) = (size.product() / size[down], diameter(setup));
     setup.particles.iter().map(weight).sum::<f64>() * diameter * diameter / floor

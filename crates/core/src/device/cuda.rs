@@ -1,6 +1,6 @@
 //! The driver CUDA, with the same kernels, for GPUs of NVIDIA that OpenCL does not list. NVRTC compiles them while the program runs.
 
-use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use super::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use cudarc::driver::sys::CUdevice_attribute;
 use cudarc::driver::{
     CudaContext, CudaModule, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg, result,
@@ -109,11 +109,11 @@ struct Compiled {
 }
 
 impl Program for Compiled {
-    fn kernel(&self, name: &str) -> Result<Kernel, Failed> {
+    fn kernel(&self, name: &str) -> Done<Kernel> {
         Ok(Kernel::Cuda(self.module.load_function(name)?))
     }
 
-    fn commands(self: Arc<Self>) -> Result<Box<dyn Commands>, Failed> {
+    fn commands(self: Arc<Self>) -> Done<Box<dyn Commands>> {
         // SAFETY: each array is used in the stream in which it was made, and in no other.
         unsafe { self.context.disable_event_tracking() };
         Ok(Box::new(InOrder(self.context.new_stream()?)))
@@ -135,33 +135,27 @@ fn slice_mut(memory: &mut Memory) -> &mut CudaSlice<u8> {
 }
 
 impl Commands for InOrder {
-    fn allocate(&self, bytes: usize) -> Result<Memory, Failed> {
+    fn allocate(&self, bytes: usize) -> Done<Memory> {
         // SAFETY: what is in it is no more than bytes.
         Ok(Memory::Cuda(unsafe { self.0.alloc::<u8>(bytes) }?))
     }
 
-    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Result<(), Failed> {
+    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done {
         Ok(self.0.memset_zeros(&mut slice_mut(memory).slice_mut(..bytes))?)
     }
 
-    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Result<(), Failed> {
+    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Done {
         self.0.memcpy_htod(bytes, &mut slice_mut(memory).slice_mut(..bytes.len()))?;
         self.finish()
     }
 
-    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Result<(), Failed> {
+    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Done {
         let count = bytes.len();
         self.0.memcpy_dtoh(&slice(memory).slice(..count), bytes)?;
         self.finish()
     }
 
-    unsafe fn launch(
-        &self,
-        kernel: &Kernel,
-        arguments: &[Argument],
-        groups: usize,
-        group: usize,
-    ) -> Result<(), Failed> {
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done {
         let Kernel::Cuda(function) = kernel else { unreachable!("a kernel of another driver") };
         let mut launch = self.0.launch_builder(function);
         for argument in arguments {
@@ -179,7 +173,7 @@ impl Commands for InOrder {
         Ok(())
     }
 
-    fn finish(&self) -> Result<(), Failed> {
+    fn finish(&self) -> Done {
         Ok(self.0.synchronize()?)
     }
 }

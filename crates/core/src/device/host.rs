@@ -1,7 +1,7 @@
 //! A driver for tests: the kernels as C++, by the system's compiler. So they are held to the bits of the processor's where there is no
 //! driver at all.
 
-use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use super::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use std::cell::Cell;
 use std::ffi::{CString, c_char, c_void};
 use std::fmt::Write;
@@ -81,7 +81,7 @@ impl Driver for Host {
 struct Library(usize);
 
 impl Program for Library {
-    fn kernel(&self, name: &str) -> Result<Kernel, Failed> {
+    fn kernel(&self, name: &str) -> Done<Kernel> {
         let name = CString::new(format!("enter_{name}")).expect("a name");
         // SAFETY: the library stays loaded.
         let entry = unsafe { libc::dlsym(self.0 as *mut c_void, name.as_ptr().cast::<c_char>()) };
@@ -92,7 +92,7 @@ impl Program for Library {
         Ok(Kernel::Host(unsafe { std::mem::transmute::<*mut c_void, Entry>(entry) }))
     }
 
-    fn commands(self: Arc<Self>) -> Result<Box<dyn Commands>, Failed> {
+    fn commands(self: Arc<Self>) -> Done<Box<dyn Commands>> {
         Ok(Box::new(AtOnce))
     }
 }
@@ -110,39 +110,33 @@ fn bytes(memory: &Memory) -> *mut u8 {
 }
 
 impl Commands for AtOnce {
-    fn allocate(&self, bytes: usize) -> Result<Memory, Failed> {
+    fn allocate(&self, bytes: usize) -> Done<Memory> {
         // Nothing may rely on zeros.
         Ok(Memory::Host(vec![Cell::new(0x7ff4_dead_beef_7ff4); bytes.div_ceil(8)].into()))
     }
 
-    unsafe fn clear(&self, memory: &mut Memory, count: usize) -> Result<(), Failed> {
+    unsafe fn clear(&self, memory: &mut Memory, count: usize) -> Done {
         assert!(count <= 8 * words(memory).len());
         // SAFETY: the array is as long.
         unsafe { bytes(memory).write_bytes(0, count) };
         Ok(())
     }
 
-    unsafe fn write(&self, memory: &mut Memory, from: &[u8]) -> Result<(), Failed> {
+    unsafe fn write(&self, memory: &mut Memory, from: &[u8]) -> Done {
         assert!(from.len() <= 8 * words(memory).len());
         // SAFETY: the array is as long.
         unsafe { bytes(memory).copy_from_nonoverlapping(from.as_ptr(), from.len()) };
         Ok(())
     }
 
-    unsafe fn read(&self, memory: &Memory, to: &mut [u8]) -> Result<(), Failed> {
+    unsafe fn read(&self, memory: &Memory, to: &mut [u8]) -> Done {
         assert!(to.len() <= 8 * words(memory).len());
         // SAFETY: the array is as long.
         unsafe { bytes(memory).copy_to_nonoverlapping(to.as_mut_ptr(), to.len()) };
         Ok(())
     }
 
-    unsafe fn launch(
-        &self,
-        kernel: &Kernel,
-        arguments: &[Argument],
-        groups: usize,
-        group: usize,
-    ) -> Result<(), Failed> {
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done {
         let Kernel::Host(entry) = kernel else { unreachable!("a kernel of another driver") };
         let arrays: Vec<*mut u8> = arguments
             .iter()
@@ -166,7 +160,7 @@ impl Commands for AtOnce {
         Ok(())
     }
 
-    fn finish(&self) -> Result<(), Failed> {
+    fn finish(&self) -> Done {
         Ok(())
     }
 }

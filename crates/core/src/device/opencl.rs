@@ -1,6 +1,6 @@
 //! The driver OpenCL.
 
-use super::{Argument, Commands, DeviceInfo, Driver, Failed, Kernel, Memory, Program};
+use super::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use opencl3::command_queue::CommandQueue;
 use opencl3::context::Context;
 use opencl3::device::{
@@ -74,11 +74,11 @@ struct Compiled {
 }
 
 impl Program for Compiled {
-    fn kernel(&self, name: &str) -> Result<Kernel, Failed> {
+    fn kernel(&self, name: &str) -> Done<Kernel> {
         Ok(Kernel::OpenCl(opencl3::kernel::Kernel::create(&self.program, name)?))
     }
 
-    fn commands(self: Arc<Self>) -> Result<Box<dyn Commands>, Failed> {
+    fn commands(self: Arc<Self>) -> Done<Box<dyn Commands>> {
         // SAFETY: context and device are valid; no host memory is involved.
         let queue = unsafe { CommandQueue::create_with_properties(&self.context, self.device.id(), 0, 0) }?;
         Ok(Box::new(InOrder { queue, compiled: self }))
@@ -103,38 +103,32 @@ fn buffer_mut(memory: &mut Memory) -> &mut Buffer<u8> {
 }
 
 impl Commands for InOrder {
-    fn allocate(&self, bytes: usize) -> Result<Memory, Failed> {
+    fn allocate(&self, bytes: usize) -> Done<Memory> {
         let context = &self.compiled.context;
         // SAFETY: no host memory is involved.
         let buffer = unsafe { Buffer::<u8>::create(context, CL_MEM_READ_WRITE, bytes, std::ptr::null_mut()) };
         Ok(Memory::OpenCl(buffer?))
     }
 
-    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Result<(), Failed> {
+    unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done {
         // SAFETY: promised by the caller.
         unsafe { self.queue.enqueue_fill_buffer(buffer_mut(memory), &[0_u8], 0, bytes, &[]) }?;
         Ok(())
     }
 
-    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Result<(), Failed> {
+    unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Done {
         // SAFETY: promised by the caller; the call returns when the bytes have been read.
         unsafe { self.queue.enqueue_write_buffer(buffer_mut(memory), CL_TRUE, 0, bytes, &[]) }?;
         Ok(())
     }
 
-    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Result<(), Failed> {
+    unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Done {
         // SAFETY: promised by the caller; the call returns when the bytes have been written.
         unsafe { self.queue.enqueue_read_buffer(buffer(memory), CL_TRUE, 0, bytes, &[]) }?;
         Ok(())
     }
 
-    unsafe fn launch(
-        &self,
-        kernel: &Kernel,
-        arguments: &[Argument],
-        groups: usize,
-        group: usize,
-    ) -> Result<(), Failed> {
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done {
         let Kernel::OpenCl(kernel) = kernel else { unreachable!("a kernel of another driver") };
         for (at, argument) in (0..).zip(arguments) {
             // SAFETY: promised by the caller.
@@ -155,7 +149,7 @@ impl Commands for InOrder {
         Ok(())
     }
 
-    fn finish(&self) -> Result<(), Failed> {
+    fn finish(&self) -> Done {
         Ok(self.queue.finish()?)
     }
 }

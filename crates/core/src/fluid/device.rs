@@ -16,7 +16,7 @@ use super::layout::{AaPhase, Layout};
 use super::population::Population;
 use super::walls::{Links, Walls};
 use super::{Flow, Images, Precision};
-use crate::device::{Argument, Array, Device, Failed, KernelCost, NamedKernel, Queue};
+use crate::device::{Argument, Array, Device, Done, Failed, KernelCost, NamedKernel, Queue};
 use crate::domain::{Block, Domain};
 use crate::error::{Error, Result};
 use crate::lattice::Q;
@@ -265,7 +265,7 @@ impl<S: Population> DeviceFluid<S> {
         images: &Images,
         received: &mut [i64],
         flow: Option<&mut Flow>,
-    ) -> std::result::Result<(), Failed> {
+    ) -> Done {
         let queue = &*self.queue;
         let [ints, numbers, planes, faces, mapped] = &mut self.images;
         queue.write(&mut self.parameters, parameters)?;
@@ -385,7 +385,7 @@ impl<S: Population> DeviceFluid<S> {
         phase: AaPhase,
         cells: &[u64],
         sums: &mut [[f64; 4]],
-    ) -> std::result::Result<(), Failed> {
+    ) -> Done {
         let (queue, [asked, found]) = (&*self.queue, &mut self.asked);
         queue.write(asked, cells)?;
         queue.reserve(found, size_of_val(sums))?;

@@ -5,7 +5,7 @@
 
 use super::camera::Camera;
 use super::fill::{area, fill};
-use super::vector::{Vector, add, combine, cross, dot, length, scale, screen, sub, unit};
+use super::vector::{Vector, add, combine, cross, dot, scale, screen, unit};
 use super::{Item, Mesh, in_parallel};
 
 /// Directions of the sky of a small scene, and the fewest of a large one.
@@ -63,15 +63,10 @@ impl Lights {
         (centre, radius): (Vector, f32),
         threads: usize,
     ) -> Self {
-        let Camera { right, back, .. } = camera;
-        let level = sub(back, scale(up, dot(back, up)));
-        let (right, level) = if length(level) > 0.05 {
-            (right, unit(level))
-        } else {
-            // From above or below only the camera knows what is right.
-            let level = unit(cross(right, up));
-            (cross(up, level), level)
-        };
+        let back = camera.back;
+        // Also from above or below, where the camera alone knows what is right.
+        let level = unit(cross(camera.right, up));
+        let right = cross(up, level);
         let sides = [right, level, up];
         let triangles: usize =
             items.iter().filter_map(|item| Some(meshes[item.shade?].triangles.len())).sum();

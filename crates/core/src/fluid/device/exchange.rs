@@ -1,7 +1,7 @@
 //! What follows the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
 
 use super::{DeviceFluid, Populations};
-use crate::device::{Argument, Array, Failed};
+use crate::device::{Argument, Array, Done};
 use crate::fluid::halo::FluidHalo;
 use crate::fluid::layout::AaPhase;
 use crate::fluid::population::Population;
@@ -78,7 +78,7 @@ impl<S: Population> DeviceFluid<S> {
         self.failed.note(failed);
     }
 
-    pub(super) fn copy(&self, all: &[Copies], populations: &Array) -> std::result::Result<(), Failed> {
+    pub(super) fn copy(&self, all: &[Copies], populations: &Array) -> Done {
         for copies in all {
             let arguments = [
                 Argument::Array(populations),

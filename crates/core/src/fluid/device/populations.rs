@@ -1,6 +1,6 @@
 //! Populations of a block on the host and on a device, of which the older copy is brought up to date when it is used.
 
-use crate::device::{Array, Failed, Queue};
+use crate::device::{Array, Done, Failed, Queue};
 use crate::fluid::buffer::Buffer;
 use crate::fluid::population::Population;
 use std::cell::{Cell, RefCell, UnsafeCell};
@@ -33,7 +33,7 @@ pub(super) struct DeviceCopy {
 pub(super) struct Failure(pub(super) RefCell<Option<Failed>>);
 
 impl Failure {
-    pub(super) fn note(&self, result: std::result::Result<(), Failed>) {
+    pub(super) fn note(&self, result: Done) {
         if let Err(failed) = result {
             self.0.borrow_mut().get_or_insert(failed);
         }
