@@ -54,7 +54,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
-    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, slice_planes,
+    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, seconds_of_files,
+    slice_planes,
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 

@@ -213,16 +213,18 @@ impl<'a> Check<'a> {
         let one_of = form.get("oneOf").and_then(Json::as_array).filter(|_| !key.is_empty());
         let names: Vec<&str> =
             one_of.into_iter().flatten().filter_map(|one| one["required"][0].as_str()).collect();
-        let given: Vec<_> = names.iter().filter_map(|name| table.get(*name)).map(Spanned::span).collect();
+        let given: Vec<_> = names.iter().filter_map(|name| Some((*name, table.get(*name)?.span()))).collect();
         let title =
             |has: &str| format!("`{key}` needs exactly one of `{}`, but has {has}", names.join("`, `"));
         match &given[..] {
             _ if names.is_empty() => Ok(()),
             [_] => Ok(()),
             [] => Err(self.source.error(span, &title("none"), "none is given here", "add one of them")),
-            [first, second, ..] => {
+            [(_, first), (_, second), ..] => {
                 let places = [(first, "given here"), (second, "and here")];
-                Err(self.source.error_at(&places, &title(&given.len().to_string()), "remove all but one"))
+                let given: Vec<&str> = given.iter().map(|(name, _)| *name).collect();
+                let remedy = format!("keep either `{}`", given.join("` or `"));
+                Err(self.source.error_at(&places, &title(&given.len().to_string()), &remedy))
             }
         }
     }

@@ -5,9 +5,6 @@ use super::file::{BodyColour, PictureSection, Quantity, SliceSection, ViewSectio
 use crate::error::Result;
 use crate::math::Vec3;
 
-/// Least width of a view (pixels): its bars take up to half of it.
-const LEAST_WIDTH: u32 = 500;
-
 /// A picture of a run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PicturePlan {
@@ -97,11 +94,6 @@ fn picture(document: &Document, key: &str, section: &PictureSection, size: Vec3)
         None if document.case.dry.is_none() => Some(SlicePlan::default()),
         Some(ViewSlice::Shown(false)) | None => None,
     };
-    if view.size[0] < LEAST_WIDTH {
-        let wanted = format!("a width of at least {LEAST_WIDTH} pixels");
-        let remedy = "the colour bars need room beside the box";
-        return Err(document.out_of_range(&format!("{key}.view.size"), view.size[0], &wanted, remedy));
-    }
     let range = range(document, &format!("{key}.view.range"), view.range)?;
     let from = |from| document.direction(&format!("{key}.view.from"), from);
     let plain = view.force_chains || slice.is_some();

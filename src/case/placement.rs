@@ -176,8 +176,11 @@ impl Placer<'_> {
                 let (x, length, axis) = (position[i], size[i], ["x", "y", "z"][i]);
                 let title =
                     format!("{what} lies outside the box: {axis} is {x} m, but must be from 0 to {length} m");
-                let remedy = "positions are in metres, and the box starts at the origin";
-                return Err(self.document.error(key, &title, "outside the box", remedy));
+                let remedy = format!(
+                    "positions are in metres, and the box starts at the origin; make it longer in {axis} (`domain.size`), \
+                     or remove this particle"
+                );
+                return Err(self.document.error(key, &title, "outside the box", &remedy));
             }
         }
         Ok(self.domain.wrap(position))

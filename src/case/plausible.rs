@@ -94,8 +94,9 @@ impl Written<'_> {
         let settling = settling.map(|&template| (template, setup.settling_speed(fluid, template)));
         if let Some((template, speed)) = settling.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
-            let name = format!("the settling velocity of `particles.{section}`");
-            let doubt = self.doubt_of_settling(setup.templates[template].shape.equivalent_diameter());
+            let name = format!("the settling velocity that `particles.{section}` reaches in this run");
+            let doubt =
+                self.doubt_of_settling(section, setup.templates[template].shape.equivalent_diameter());
             follow(&name, speed, &format!("particles.{section}.shape"), doubt)?;
         }
         let started = setup.particles.iter().map(|p| {
@@ -131,7 +132,7 @@ impl Written<'_> {
                     acceleration / fluid.density
                 )
             });
-            follow(&format!("the flow that `{key}` drives"), flow.speed, key, doubt)?;
+            follow(&format!("the flow that `{key}` drives in this run"), flow.speed, key, doubt)?;
         }
         Ok(warnings)
     }
@@ -150,9 +151,12 @@ impl Written<'_> {
     }
 
     /// The unit that was likely mixed up where a particle settles too fast.
-    fn doubt_of_settling(&self, diameter: f64) -> Option<String> {
+    fn doubt_of_settling(&self, section: usize, diameter: f64) -> Option<String> {
         let (gravity, viscosity) = (self.setup.gravity.norm(), self.setup.expect_fluid().viscosity);
         if diameter > 0.05 {
+            if let Some(doubt) = self.document.case.particles[section].shape.doubtful_unit() {
+                return Some(doubt.to_string());
+            }
             return Some(format!(
                 "lengths are in metres: is a diameter of {:.4e} m meant, not {diameter} m?",
                 1e-3 * diameter
@@ -169,12 +173,13 @@ impl Written<'_> {
     /// Suggests changes that lower a speed on the lattice to the usual range.
     fn slower(&self, lattice: f64) -> String {
         let (setup, fluid, factor) = (self.setup, self.setup.expect_fluid(), USUAL_SPEED / lattice);
-        let tau = 0.5 + (fluid.relaxation_time - 0.5) * factor;
-        let cells = setup.diameter / setup.domain.dx / factor;
+        // Rounded to the safe side, and so to another value than the present one.
+        let tau = ((0.5 + (fluid.relaxation_time - 0.5) * factor) * 1e4).floor() / 1e4;
+        let cells = (setup.diameter / setup.domain.dx / factor).ceil();
         let mut ways = Vec::new();
         if tau >= SUGGESTED.0 {
             ways.push(if self.lattice.time_step.is_some() {
-                format!("lattice.time_step = {:.4e}", setup.time_step * factor)
+                format!("lattice.time_step = {:.4e}", 0.9999 * setup.time_step * factor)
             } else {
                 format!("lattice.relaxation_time = {tau:.4}")
             });

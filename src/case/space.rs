@@ -65,6 +65,10 @@ fn refuse_what_is_too_large(document: &Document, kinds: &Kinds, domain: &Domain)
     let used = domain.size();
     for (index, kind) in kinds.sections.iter().enumerate() {
         let shape = format!("particles.{index}.shape");
+        let unit = document.case.particles[index]
+            .shape
+            .doubtful_unit()
+            .map_or(String::new(), |doubt| format!("; {doubt}"));
         let places = [(&*shape, "too large for"), ("domain.size", "this box")];
         for template in &kinds.templates[kind.templates()] {
             let (width, thickness) = (2.0 * template.shape.circumradius(), template.shape.thickness());
@@ -75,18 +79,15 @@ fn refuse_what_is_too_large(document: &Document, kinds: &Kinds, domain: &Domain)
                     let title = format!(
                         "a particle of {width} m is larger than half the box, {half:.6e} m in {axis}"
                     );
-                    let remedy = format!("the smallest edge must be at least {:.6e} m", 2.0 * width);
+                    let remedy = format!("the smallest edge must be at least {:.6e} m{unit}", 2.0 * width);
                     return Err(document.error_at(&places, &title, &remedy));
                 }
                 if !domain.periodic[i] && thickness > edge * (1.0 + 1e-9) {
                     let title = format!(
                         "a particle {thickness:.6e} m thick does not fit between walls {edge:.6e} m apart in {axis}"
                     );
-                    return Err(document.error_at(
-                        &places,
-                        &title,
-                        "take a larger box or a smaller particle",
-                    ));
+                    let remedy = format!("take a larger box or a smaller particle{unit}");
+                    return Err(document.error_at(&places, &title, &remedy));
                 }
             }
         }
@@ -105,7 +106,9 @@ fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warning
             let title = format!(
                 "`{key}` is {thinnest:.2} cells thick, below {THINNEST_CELLS}: the fluid resolves it poorly"
             );
-            let remedy = format!("take lattice.cells_per_diameter = {cells:.1} or more");
+            // Rounded up, and so to more than there are.
+            let remedy =
+                format!("take lattice.cells_per_diameter = {:.1} or more", (10.0 * cells).ceil() / 10.0);
             warnings.push(document.warning(&key, &title, "thin", &remedy));
         }
     }

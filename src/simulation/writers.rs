@@ -226,6 +226,8 @@ pub struct FileEstimate {
     pub bytes: f64,
     /// Quantity on which the bytes depend, for the text behind them.
     pub remark: &'static str,
+    /// Time to make each (s), where it is much longer than to write it.
+    pub seconds: f64,
 }
 
 impl FileEstimate {
@@ -238,7 +240,7 @@ impl FileEstimate {
     fn of(writer: &dyn Writer, end_step: u64, name: &'static str, bytes: f64, remark: &'static str) -> Self {
         let every = writer.every();
         let due = |n: u64| n + 1 + u64::from(!end_step.is_multiple_of(every));
-        Self { name, count: end_step.checked_div(every).map_or(0, due), bytes, remark }
+        Self { name, count: end_step.checked_div(every).map_or(0, due), bytes, remark, seconds: 0.0 }
     }
 }
 
@@ -255,12 +257,18 @@ pub fn file_estimates(setup: &Setup) -> Vec<FileEstimate> {
         count: CHECKPOINTS,
         bytes: populations + SAVED_PARTICLE * setup.particles.len() as f64,
         remark: ", the last two and a new one",
+        seconds: 0.0,
     };
     (of(setup).iter())
         .filter_map(|writer| writer.estimate(setup.plan.end_step))
         .filter(|files| files.count > 0)
         .chain([checkpoints])
         .collect()
+}
+
+/// Estimated time (s) of a run beside its steps: that of drawing its pictures.
+pub fn seconds_of_files(setup: &Setup) -> f64 {
+    file_estimates(setup).iter().map(|files| files.count as f64 * files.seconds).sum()
 }
 
 /// The names of the files of a case.

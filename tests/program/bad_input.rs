@@ -54,7 +54,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         (
             "archimedes = 1000",
             "archimedes = 1000\nviscosity = 1e-6",
-            &["bad.toml:7:14", "has 2", "remove all but one"],
+            &["bad.toml:7:14", "has 2", "keep either `viscosity` or `archimedes`"],
         ),
         ("archimedes = 1000", "galileo = 0", &["bad.toml:7:11", "`fluid.galileo` is 0"]),
         ("archimedes = 1000", "viscosity = -1e-6", &["bad.toml:7:13", "`fluid.viscosity` is -0.000001"]),

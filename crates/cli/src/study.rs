@@ -20,7 +20,7 @@ mod figure;
 pub mod file;
 mod plan;
 mod points;
-mod record;
+pub(crate) mod record;
 mod reference;
 mod refuse;
 pub(crate) mod state;
@@ -37,7 +37,7 @@ use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 use turbid::case::Source;
 use turbid::error::Result;
-use turbid::simulation::time_estimate;
+use turbid::simulation::{seconds_of_files, time_estimate};
 
 /// Samples of a benchmark.
 const SAMPLES: u64 = 5;
@@ -131,7 +131,8 @@ impl Study {
             setup.plan.threads = self.threads.unwrap_or(setup.plan.threads);
             // An impossible run is refused where it begins.
             let step = time_estimate(&setup).map_or(0.0, |estimate| estimate.seconds_per_step);
-            self.steps(run) as f64 * step
+            let files = if self.file.bench.is_some() { 0.0 } else { seconds_of_files(&setup) };
+            self.steps(run) as f64 * step + files
         })
     }
 

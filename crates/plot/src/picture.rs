@@ -43,8 +43,9 @@ pub struct Bar {
 const NAME_SPACE: f32 = 80.0;
 /// Left edge and width of the colour bar, from the right edge of the image.
 const BAR: (f32, f32) = (36.0, 30.0);
-/// Space right of the image for the colour bar and its name, beside the numbers.
-const BAR_SPACE: f32 = BAR.0 + BAR.1 + 84.0;
+/// Space for the ticks of the colour bar, and for its name beside the numbers.
+const TICKS: f32 = 20.0;
+const BAR_NAME: f32 = 64.0;
 const TOP: f32 = 90.0;
 const BOTTOM: f32 = 110.0;
 /// Smallest height of a page in pixels.
@@ -63,7 +64,7 @@ impl Picture {
             |length: f64, steps: f32| Scale::new(&[0.0, length], false, Ends::Tight, f64::from(steps));
         let x = scale(self.x.1, (width_ / 110.0).max(2.0));
         let y = scale(self.y.1, (height / 110.0).max(2.0));
-        let beside = self.bar.space(height);
+        let beside = self.bar.space(height, 1.0);
         let (left, right) = ((NAME_SPACE + y.widest(NUMBER)).ceil(), beside.ceil());
         let titles = (width(&self.title, TITLE) + width(&self.caption, TITLE) + 2.0 * TITLE).floor();
         let size = (left + right + width_.max(titles), (TOP + height + BOTTOM).max(LOWEST));
@@ -86,7 +87,7 @@ impl Picture {
         drawing.text(&across, LABEL, (0.5 * (l + r), b + 82.0), Align::Middle, INK);
         let (up, beside) = (axis_label(&self.y.0, y.exponent), l - 36.0 - y.widest(NUMBER));
         drawing.text(&up, LABEL, (beside, 0.5 * (t + b)), Align::Upwards, INK);
-        self.bar.draw(&mut drawing, r, (t, b));
+        self.bar.draw(&mut drawing, r, (t, b), (1.0, f32::INFINITY));
         let title = format!("{}: {}", self.title, self.caption);
         Figure { size, title, drawing, readings: Readings::default() }
     }
@@ -114,27 +115,31 @@ impl Bar {
         Scale::new(&[lo, hi], false, Ends::Tight, f64::from((height / 60.0).clamp(2.0, 9.0)))
     }
 
-    /// Width that it takes beside an image with its numbers and its name.
-    pub(crate) fn space(&self, height: f32) -> f32 {
-        BAR_SPACE + self.scale(height).widest(NUMBER)
+    /// Width that it takes beside an image with its numbers and its name, `part` times as large as usual.
+    pub(crate) fn space(&self, height: f32, part: f32) -> f32 {
+        TICKS + part * (BAR.0 + BAR.1 + BAR_NAME) + self.scale(height / part).widest(part * NUMBER)
     }
 
-    /// Draws it right of an image that ends at `r`, between the rows `t` and `b`.
-    pub(crate) fn draw(&self, drawing: &mut Drawing, r: f32, (t, b): (f32, f32)) {
-        let scale = self.scale(b - t);
-        let (left, right) = (r + BAR.0, r + BAR.0 + BAR.1);
+    /// Draws it right of an image that ends at `r`, between the rows `t` and `b`, `part` times as large as usual; its name fits into
+    /// `room` pixels.
+    pub(crate) fn draw(&self, drawing: &mut Drawing, r: f32, (t, b): (f32, f32), (part, room): (f32, f32)) {
+        let (scale, number) = (self.scale((b - t) / part), part * NUMBER);
+        let across = (part * BAR.1).round();
+        let (left, right) = (r + part * BAR.0, r + part * BAR.0 + across);
         let (rows, (lo, hi)) = ((b - t) as u32, self.range);
         let row = |y: u32| {
             let value = hi - (hi - lo) * (f64::from(y) + 0.5) / f64::from(rows);
             self.colours.of(value, self.range)
         };
-        let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| [row(y); BAR.1 as usize]).collect();
-        let image = Image::new(BAR.1 as u32, rows, &colours);
+        let colours: Vec<[u8; 3]> = (0..rows).flat_map(|y| vec![row(y); across as usize]).collect();
+        let image = Image::new(across as u32, rows, &colours);
         drawing.0.push(Mark::Image(image, (left as u32, t as u32)));
         drawing.frame((left, t, right, b), Stroke::new(INK, 2.0));
-        scale.draw(drawing, Side::Right, (left, t, right, b), NUMBER);
-        let at = (right + 60.0 + scale.widest(NUMBER), 0.5 * (t + b));
-        drawing.text(&axis_label(&self.label, scale.exponent), LABEL, at, Align::Upwards, INK);
+        scale.draw(drawing, Side::Right, (left, t, right, b), number);
+        let name = axis_label(&self.label, scale.exponent);
+        let size = part * LABEL * (room / width(&name, part * LABEL)).min(1.0);
+        let at = (right + TICKS + scale.widest(number) + part * 40.0, 0.5 * (t + b));
+        drawing.text(&name, size, at, Align::Upwards, INK);
     }
 }
 

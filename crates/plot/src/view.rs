@@ -102,6 +102,9 @@ const EDGE: [u8; 3] = [120, 124, 130];
 const EDGE_WIDTH: f32 = 1.7;
 /// Sides of a tube.
 const SIDES: u32 = 10;
+/// Smallest page whose labels, bars and margins have their usual size (pixels), and how small they become on smaller ones.
+const FULL: [f32; 2] = [1000.0, 750.0];
+const LEAST_PART: f32 = 0.45;
 /// Margin of the page, and length of the cross of axes (pixels).
 const MARGIN: f32 = 28.0;
 const CROSS: f32 = 46.0;
@@ -112,31 +115,40 @@ impl View {
     /// Draws the view.
     pub fn figure(&self) -> Figure {
         let [width, height] = self.size;
-        let (camera, right) = (self.camera(), self.right());
+        let (camera, right, part) = (self.camera(), self.right(), self.part());
+        let (margin, size) = (part * MARGIN, part * TITLE);
         let mut drawing = Drawing::default();
         drawing.0.push(Mark::Image(self.image(camera), (0, 0)));
-        drawing.text(&self.title, TITLE, (MARGIN, MARGIN + 0.8 * TITLE), Align::Start, INK);
-        let end = (width as f32 - MARGIN, MARGIN + 0.8 * TITLE);
-        drawing.text(&self.caption, TITLE, end, Align::End, INK);
+        drawing.text(&self.title, size, (margin, margin + 0.8 * size), Align::Start, INK);
+        let end = (width as f32 - margin, margin + 0.8 * size);
+        drawing.text(&self.caption, size, end, Align::End, INK);
         self.draw_axes(&mut drawing, camera);
         let bar_height = self.bar_height();
         for (i, bar) in self.bars.iter().enumerate() {
-            let top = 3.2 * MARGIN + i as f32 * (bar_height + 1.5 * MARGIN);
-            bar.draw(&mut drawing, right, (top, top + bar_height));
+            let top = 3.2 * margin + i as f32 * (bar_height + 1.5 * margin);
+            bar.draw(&mut drawing, right, (top, top + bar_height), (part, bar_height + margin));
         }
         let title = format!("{}: {}", self.title, self.caption);
         Figure { size: (width as f32, height as f32), title, drawing, readings: Readings::default() }
     }
 
+    /// Size of labels, bars and margins over the usual one.
+    fn part(&self) -> f32 {
+        let [across, along] = [0, 1].map(|i| self.size[i] as f32 / FULL[i]);
+        across.min(along).clamp(LEAST_PART, 1.0)
+    }
+
     /// Right edge of the space for the box.
     fn right(&self) -> f32 {
-        let space = self.bars.iter().map(|bar| bar.space(self.bar_height())).fold(0.0, f32::max);
-        self.size[0] as f32 - space - MARGIN
+        let (height, part) = (self.bar_height(), self.part());
+        let space = self.bars.iter().map(|bar| bar.space(height, part)).fold(0.0, f32::max);
+        self.size[0] as f32 - space - part * MARGIN
     }
 
     /// Height of a bar.
     fn bar_height(&self) -> f32 {
-        ((self.size[1] as f32 - 5.0 * MARGIN) / self.bars.len().max(1) as f32 - 1.5 * MARGIN).max(1.0)
+        let (margin, bars) = (self.part() * MARGIN, self.bars.len().max(1) as f32);
+        ((self.size[1] as f32 - 5.0 * margin) / bars - 1.5 * margin).max(1.0)
     }
 
     /// Middle of the box.
@@ -145,8 +157,9 @@ impl View {
     }
 
     fn camera(&self) -> Camera {
-        let (left, top) = (1.5 * MARGIN, 2.6 * MARGIN);
-        let (right, bottom) = (self.right() - MARGIN, self.size[1] as f32 - 1.5 * MARGIN);
+        let margin = self.part() * MARGIN;
+        let (left, top) = (1.5 * margin, 2.6 * margin);
+        let (right, bottom) = (self.right() - margin, self.size[1] as f32 - 1.5 * margin);
         // A page too small for its bars still has the box upright.
         let area = (left, top, right.max(left + 1.0), bottom.max(top + 1.0));
         Camera::new(self.from, self.up, self.edges, self.zoom, area)
@@ -194,19 +207,22 @@ impl View {
     fn draw_axes(&self, drawing: &mut Drawing, camera: Camera) {
         let middle = self.middle();
         let [x, y, near] = camera.place(middle);
-        let origin = (MARGIN + CROSS, self.size[1] as f32 - MARGIN - CROSS);
+        let part = self.part();
+        let (corner, cross) = (part * (MARGIN + CROSS), part * CROSS);
+        let origin = (corner, self.size[1] as f32 - corner);
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let mut step = [0.0; 3];
             step[axis] = 0.01 / (near * camera.focus);
             let at = camera.place(add(middle, step));
-            let arm = [at[0] - x, at[1] - y].map(|x| 100.0 * CROSS * x);
+            let arm = [at[0] - x, at[1] - y].map(|x| 100.0 * cross * x);
             let size = length([arm[0], arm[1], 0.0]);
             // One that points at the eye is left out.
-            if size > 0.15 * CROSS {
+            if size > 0.15 * cross {
                 let end = (origin.0 + arm[0], origin.1 + arm[1]);
                 drawing.line(&[origin, end], Stroke::new(INK, 2.5));
-                let text = (end.0 + 13.0 * arm[0] / size, end.1 + 13.0 * arm[1] / size + 0.3 * LABEL);
-                drawing.text(name, 0.8 * LABEL, text, Align::Middle, INK);
+                let (gap, label) = (part * 13.0 / size, part * LABEL);
+                let text = (end.0 + gap * arm[0], end.1 + gap * arm[1] + 0.3 * label);
+                drawing.text(name, 0.8 * label, text, Align::Middle, INK);
             }
         }
     }

@@ -63,7 +63,7 @@ pub struct ViewSection {
     /// Factor by which all is larger than with the whole box on the page (-).
     #[schemars(transform = positive)]
     pub zoom: f64,
-    /// Width, at least 500, and height (pixels). Default `[1200, 900]`.
+    /// Width and height, from 300 to 4000 (pixels); labels shrink below 1000 x 750. Default `[1200, 900]`.
     #[schemars(transform = page)]
     pub size: [u32; 2],
     /// Colour of the particles: by their speed or a component of their velocity (m/s), angular speed (1/s), sum of contact forces

@@ -67,6 +67,18 @@ pub enum ShapeSection {
     Mesh(MeshSection),
 }
 
+impl ShapeSection {
+    /// A question about the unit of a mesh file whose lengths are taken as metres only because the case gives no unit.
+    pub(in crate::case) fn doubtful_unit(&self) -> Option<&'static str> {
+        let Self::Mesh(MeshSection { unit: None, equivalent_diameter: None, .. }) = self else {
+            return None;
+        };
+        Some(
+            "lengths in the file are taken as metres: are they millimetres? Then add unit = \"mm\" to `mesh`",
+        )
+    }
+}
+
 /// A cube: exactly one of `edge`, `equivalent_diameter`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -143,7 +143,7 @@ impl Placer<'_> {
     }
 
     fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
-        let (mut first, mut overlaps) = (None, Overlaps::default());
+        let (mut first, mut overlaps, mut deepest) = (None, Overlaps::default(), 0.0);
         for p in placed {
             let body = body(contours, &p.particle);
             let most = allowed(p.in_motion) * body.grown.shape.circumradius();
@@ -151,6 +151,7 @@ impl Placer<'_> {
                 let depth = depth_in(&wall.wall.surface, &body, p.particle.position());
                 if let Some(depth) = depth.filter(|depth| *depth > most) {
                     first.get_or_insert(p);
+                    deepest = depth.max(deepest);
                     let wall = &wall.wall.name;
                     overlaps
                         .add(|| format!("particle {}: {depth:.6e} m deep in the wall \"{wall}\"", name(p)));
@@ -162,7 +163,10 @@ impl Placer<'_> {
         };
         let particles = if overlaps.count == 1 { "particle overlaps" } else { "particles overlap" };
         let title = format!("{} {particles} a wall at the start", overlaps.count);
-        let remedy = self.remedy("move them into the free space", [first, first]);
+        let by_hand = format!(
+            "move them into the free space, or make the box longer there by {deepest:.3e} m (`domain.size`)"
+        );
+        let remedy = self.remedy(&by_hand, [first, first]);
         let remedy = format!("{remedy}:{}", overlaps.list());
         Err(self.document.error(&first.key, &title, "from here", &remedy))
     }

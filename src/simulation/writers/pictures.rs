@@ -15,6 +15,12 @@ use std::collections::BTreeMap;
 
 /// Bytes of a picture.
 const BYTES: f64 = 3e5;
+/// Time of a slice (s), and that of a view on one thread (s): of each pixel, and of each particle. Processor time of
+/// `turbid run --threads 1` (release, a shared 4-core virtual machine) less that without pictures: slices of `hindered_settling` 0.09 s,
+/// its views of 1200 x 900 pixels 1.07 and 1.36 s, of 600 x 450 0.37 s, both views of `dry_box` together 4.3 s.
+const SLICE: f64 = 0.09;
+const PIXEL: f64 = 1.1e-6;
+const BODY: f64 = 0.4e-3;
 /// Colours of particles that have none, and of those that are seen through.
 const PLAIN: [u8; 3] = [226, 216, 200];
 const PALE: [u8; 3] = [240, 238, 234];
@@ -36,6 +42,23 @@ impl<'a> Pictures<'a> {
 
     fn plans(&self) -> &'a [PicturePlan] {
         &self.setup.plan.output.pictures
+    }
+
+    /// Threads that draw a view.
+    fn threads(&self) -> usize {
+        match self.setup.plan.threads {
+            0 => cores(),
+            threads => threads,
+        }
+    }
+
+    /// Estimated time (s) to draw a picture.
+    fn seconds(&self, plan: &PicturePlan) -> f64 {
+        plan.view.as_ref().map_or(SLICE, |view| {
+            let pixels = f64::from(view.size[0]) * f64::from(view.size[1]);
+            let one_thread = PIXEL * pixels + BODY * self.setup.particles.len() as f64;
+            one_thread / self.threads().min(cores()) as f64
+        })
     }
 
     /// Colours of a quantity in all pictures: the range that the case gives, or else up to what is expected in the run, or else to
@@ -172,10 +195,7 @@ impl Writer for Pictures<'_> {
                 },
                 slice,
                 chains: chains.as_ref().map(|scale| Chains { contacts: output.contacts, scale }),
-                threads: match setup.plan.threads {
-                    0 => std::thread::available_parallelism().map_or(1, usize::from),
-                    threads => threads,
-                },
+                threads: self.threads(),
             };
             write_view(&path, &snapshot, &scene)?;
         }
@@ -200,8 +220,13 @@ impl Writer for Pictures<'_> {
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
         let bytes = BYTES * self.plans().len() as f64;
-        Some(FileEstimate::of(self, end_step, "pictures", bytes, ""))
+        let seconds = self.plans().iter().map(|plan| self.seconds(plan)).sum();
+        Some(FileEstimate { seconds, ..FileEstimate::of(self, end_step, "pictures", bytes, "") })
     }
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// A quantity that colours stand for.

@@ -268,16 +268,6 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
             &["bad.toml:20:", "`output.pictures.0.view.size`", "at least 300 and at most 4000"],
         ),
         (
-            "[run]",
-            "[output]\npictures = [{ view = { size = [499, 300] } }]\n[run]",
-            &[
-                "bad.toml:20:",
-                "`output.pictures.0.view.size`",
-                "a width of at least 500",
-                "room beside the box",
-            ],
-        ),
-        (
             "[4, 4, 4]",
             "[4, 4, 2]",
             &["bad.toml:3:8", "two periodic images at once", "contact enlargement included"],

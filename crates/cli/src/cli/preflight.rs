@@ -14,7 +14,7 @@ use turbid::engine::{EngineChoice, LiggghtsProcess};
 use turbid::error::{Error, Result};
 use turbid::fluid::Precision;
 use turbid::memory::{self, Room};
-use turbid::simulation::{TimeEstimate, bytes_per_cell, decompose, time_estimate};
+use turbid::simulation::{TimeEstimate, bytes_per_cell, decompose, seconds_of_files, time_estimate};
 
 /// Memory (bytes) for the cells and for the particles of a run.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
@@ -147,7 +147,10 @@ fn fall_speed(setup: &Setup) -> f64 {
 /// Estimated time; none if the case cannot run.
 fn time_row(setup: &Setup) -> Option<Row> {
     let estimate = time_estimate(setup).ok()?;
-    let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step;
+    let files = seconds_of_files(setup);
+    let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step + files;
+    let pictures =
+        if files >= 1.0 { format!(", {} of it for pictures", in_time(files)) } else { String::new() };
     let precision = setup.plan.precision.name();
     let rate = setup.domain.cell_count() as f64 / estimate.seconds_per_step / 1e6;
     let ranks = match comm::launched() {
@@ -157,7 +160,11 @@ fn time_row(setup: &Setup) -> Option<Row> {
     Some(row(
         "estimated time",
         in_time(seconds),
-        format!("{rate:.0} MLUPS in {precision} on {} {ranks}, {}", estimate.ranks, basis(&estimate)),
+        format!(
+            "{rate:.0} MLUPS in {precision} on {} {ranks}{pictures}, {}",
+            estimate.ranks,
+            basis(&estimate)
+        ),
     ))
 }
 

@@ -5,6 +5,7 @@ use super::progress::Terminal;
 use super::terminal::{columns, say, warn};
 use super::{RunFlags, preflight, run};
 use crate::checks::Score;
+use crate::study::record::{Quantity, Record};
 use crate::study::state::State;
 use crate::study::{self, Event, Study};
 use clap::Args;
@@ -109,18 +110,31 @@ fn tell(event: Event, quiet: bool) {
             say(&format!("[{number}/{of}] {name}{from}{time}"));
         }
         Event::Finished(record) if !quiet => {
-            let mut text = String::from("       ");
-            if let Some(velocity) = record.get("settling_velocity_over_stokes") {
-                let error = velocity.error.map_or(String::new(), |error| format!(" +- {error:.4}"));
-                let _ = write!(text, "{:.4}{error} u_Stokes, ", velocity.value);
-            }
-            let number = |name| record.value(name).unwrap_or(f64::NAN);
-            let _ = write!(text, "{:.1} MLUPS, {}", number("mlups"), in_time(number("wall_seconds")));
-            say(&text);
+            say(&format!("       {}", results(record)));
         }
         Event::Failed { name, error } => warn(&format!("the run {name} failed: {error}")),
         Event::Begins { .. } | Event::Finished(_) => {}
     }
+}
+
+/// Results of a run in words; quantities that it does not have are left out.
+fn results(record: &Record) -> String {
+    let mut parts = Vec::new();
+    let named = [
+        ("settling_velocity_over_stokes", " u_Stokes"),
+        ("relative_viscosity", " times the viscosity of the fluid"),
+    ];
+    for (name, unit) in named {
+        // In a run without gravity the settling velocity is zero.
+        if let Some(Quantity { value, error }) = record.get(name).filter(|quantity| quantity.value != 0.0) {
+            let error = error.map_or(String::new(), |error| format!(" +- {error:.4}"));
+            parts.push(format!("{value:.4}{error}{unit}"));
+        }
+    }
+    let positive = |name| record.value(name).filter(|value| *value > 0.0);
+    parts.extend(positive("mlups").map(|speed| format!("{speed:.1} MLUPS")));
+    parts.extend(positive("wall_seconds").map(in_time));
+    parts.join(", ")
 }
 
 /// The runs with their state and the time that they take.
@@ -172,4 +186,34 @@ fn list(study: &Study, only: Option<&str>) -> String {
         study.plan.runs.len(),
         in_time(total)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_settling_velocity_of_zero_is_left_out_and_a_relative_viscosity_given() {
+        let words = |numbers: &[(&str, f64)]| {
+            let quantities =
+                numbers.iter().map(|&(name, value)| (name.to_string(), Quantity::exact(value))).collect();
+            results(&Record {
+                directory: PathBuf::new(),
+                version: String::new(),
+                averaged_over: None,
+                quantities,
+            })
+        };
+        let settles =
+            words(&[("settling_velocity_over_stokes", 0.3), ("mlups", 12.0), ("wall_seconds", 5.0)]);
+        assert_eq!(settles, "0.3000 u_Stokes, 12.0 MLUPS, 5 s");
+        let sheared = words(&[
+            ("settling_velocity_over_stokes", 0.0),
+            ("relative_viscosity", 1.5),
+            ("wall_seconds", 5.0),
+        ]);
+        assert_eq!(sheared, "1.5000 times the viscosity of the fluid, 5 s");
+        let dry = words(&[("settling_velocity_over_stokes", 0.0), ("mlups", 0.0), ("wall_seconds", 5.0)]);
+        assert_eq!(dry, "5 s");
+    }
 }

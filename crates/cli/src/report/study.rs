@@ -52,6 +52,9 @@ pub(super) fn describe(section: &mut Section, source: &Source) -> Result<()> {
     for table in &document.tables {
         let columns: Vec<&str> = table.columns.iter().map(String::as_str).collect();
         section.table(&table.title, &columns, table.rows.clone());
+        if !table.note.is_empty() {
+            section.text(&table.note);
+        }
     }
     if !document.unsettled.is_empty() {
         section.heading("Means that have not settled");

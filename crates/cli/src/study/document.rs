@@ -83,6 +83,9 @@ pub struct Table {
     pub columns: Vec<String>,
     /// Rows, each as long as `columns`.
     pub rows: Vec<Vec<String>>,
+    /// Below it; may be empty.
+    #[serde(default)]
+    pub note: String,
 }
 
 /// Progress of a study.

@@ -15,8 +15,9 @@ use turbid::error::Result;
 const DIGITS: usize = 4;
 /// The cell of a value that is not there.
 const NOTHING: &str = "-";
-/// Follows a number that rests on means that have not settled.
-const UNSETTLED: &str = " (not settled)";
+/// Follows a number that rests on means that have not settled, and the note below a table with such numbers.
+const UNSETTLED: &str = " *";
+const UNSETTLED_NOTE: &str = "Numbers marked with * rest on means that have not settled.";
 
 impl Study {
     /// A table in words.
@@ -35,7 +36,7 @@ impl Study {
             filled.push((column, self.points(span, &axes, only, &y.value)?));
         }
         let mut table =
-            Table { name: name.value.clone(), title: title.clone(), columns: heads, rows: Vec::new() };
+            Table { name: name.value.clone(), title: title.clone(), columns: heads, ..Table::default() };
         for values in combinations(row_axes().map(Axis::indices)) {
             let is_here = |at: &At| axes.iter().zip(&values).all(|(&axis, &value)| at[axis] == Some(value));
             let points = filled.iter().map(|(_, points)| points.iter().find(|(at, _)| is_here(at)));
@@ -47,6 +48,9 @@ impl Study {
                 row_axes().zip(&values).map(|(axis, &value)| axis.values[value].name.clone()).collect();
             for ((column, _), point) in filled.iter().zip(points) {
                 row.extend(self.cells(column, point)?);
+            }
+            if row.iter().any(|cell| cell.ends_with(UNSETTLED)) {
+                table.note = UNSETTLED_NOTE.to_string();
             }
             table.rows.push(row);
         }
@@ -121,6 +125,7 @@ pub(super) fn of_convergence(label: &str, found: &[Found]) -> [Table; 2] {
         title,
         columns: columns.iter().map(ToString::to_string).collect(),
         rows,
+        note: String::new(),
     };
     let of_errors = [
         "series",

@@ -368,10 +368,11 @@ columns = [
     assert_eq!(document.unsettled, [study.plan.runs[cubes].name.clone()]);
     let marked = |row: usize| -> Vec<bool> {
         let cells = document.tables[0].rows[row][1..].iter();
-        cells.map(|cell| cell.ends_with(" (not settled)")).collect()
+        cells.map(|cell| cell.ends_with(" *")).collect()
     };
     assert_eq!(marked(0), [false, true, true]);
     assert_eq!(marked(1), [false; 3]);
+    assert!(document.tables[0].note.contains("* rest on means that have not settled"));
 }
 
 #[test]

@@ -2,7 +2,9 @@
 
 use crate::cli::terminal::{Row, row};
 use turbid::case::{FluidSetup, Setup};
+use turbid::engine::EngineChoice;
 use turbid::fluid::Collision;
+use turbid::particle::Template;
 
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
@@ -27,9 +29,12 @@ fn gap_row(setup: &Setup) -> Option<Row> {
         );
         return Some(row("lubrication below", format!("{:.3e} m", film.range()), remark));
     }
-    let remark = format!(
-        "one cell: forces in narrower gaps are too weak without `contact.lubrication` (docs/limits.md){touch}"
-    );
+    let has_film =
+        |template: &Template| template.shape.as_sphere().is_some() || template.shape.as_ellipsoid().is_some();
+    let native = matches!(setup.engine, EngineChoice::Native) && setup.contact.is_some();
+    let without =
+        if native && setup.templates.iter().all(has_film) { " without `contact.lubrication`" } else { "" };
+    let remark = format!("one cell: forces in narrower gaps are too weak{without} (docs/limits.md){touch}");
     Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), remark))
 }
 
