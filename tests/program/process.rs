@@ -141,6 +141,35 @@ fn a_cross_check_takes_any_program_and_knows_that_the_template_is_half_a_step_ah
 }
 
 #[test]
+fn a_cross_check_of_a_case_without_a_contact_says_so_and_does_not_pass() {
+    let place = Place::new(
+        r#"
+[domain]
+size = [0.01, 0.01, 0.01]
+[dry]
+time_step = 2e-5
+[[particles]]
+shape = { sphere = { diameter = 1e-3 } }
+density = 2500.0
+list = [{ position = [2e-3, 5e-3, 5e-3], velocity = [0.1, 0.0, 0.0] }, { position = [5e-3, 5e-3, 5e-3] }]
+[contact]
+youngs_modulus = 1e6
+friction_static = 0.0
+friction_kinetic = 0.0
+restitution = 1.0
+[driving]
+gravity = 0.0
+[run]
+end = { time = 0.03 }
+"#,
+    );
+    let check = ["crosscheck", "case.toml", "--engine", "python", "--out", "out"];
+    has(&place.well(&check), &["1 of 1 checks passed", "contacts that began"]);
+    let said = place.ends(3, &[&check[..], &["--time", "0.01"]].concat());
+    has(&said, &["1 of 2 checks passed", "no contact in either engine"]);
+}
+
+#[test]
 fn a_message_that_breaks_the_protocol_is_an_error_that_names_the_program_the_message_and_the_field() {
     for (answers, code, expected) in [
         ("HELLO: lambda: greet(version=2)", 2, &["message `hello`", "field `version` is 2"][..]),

@@ -20,6 +20,7 @@ const MOST_BYTES: f64 = 4e9;
 const BYTES: f64 = 112.0;
 
 const COMPLETE: Limit = (0.0, "both engines must come to the end; the text below says why one does not");
+const UNTOUCHED: Limit = (0.0, "one at least: without, the engines are compared in free flight only");
 const LARGEST: Limit =
     (f64::INFINITY, "reported only: contacts multiply differences, so no theory gives a limit");
 
@@ -60,7 +61,11 @@ pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findi
     for (quantity, largest) in QUANTITIES.iter().zip(pair.largest) {
         findings.given(format!("largest difference of {quantity} (-)"), [None; 3], largest, LARGEST);
     }
-    pair.report_begun(&mut findings, "");
+    if pair.first_contact == [None; 2] {
+        findings.given("contacts that began (-)", [Some(0.0), Some(0.0), None], f64::NAN, UNTOUCHED);
+    } else {
+        pair.report_begun(&mut findings, "");
+    }
     Ok((against.judge(ID, findings), parting(setup, &pair) + &notes(setup, &pair, against.name.label)))
 }
 
@@ -110,6 +115,9 @@ fn notes(setup: &Setup, pair: &Pair, other_name: &str) -> String {
     for (engine, error) in &pair.failures {
         let engine = ["the native engine", other_name][*engine];
         let _ = writeln!(text, "  {engine} does not come to the end: {error}");
+    }
+    if pair.first_contact == [None; 2] {
+        text += "  no contact in either engine, so that contacts are not compared: run the case for longer, or denser\n";
     }
     let [native, other] = pair.first_contact.map(|step| {
         step.map_or("never".to_string(), |step| format!("{:.6e} s", step as f64 * setup.time_step))
