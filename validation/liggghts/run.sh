@@ -1,6 +1,6 @@
 #!/bin/sh
 # The main case with the native engine and with LIGGGHTS, three seeds each, then result.csv and result.md; and the
-# cross-check of single contacts, crosscheck.csv. Runs that are already there from the same program and case are not repeated.
+# cross-check of single contacts, liggghts.csv and liggghts.png of ../engines. Runs that are already there from the same program and case are not repeated.
 # Exit code 1 if one of the limits of README.md is missed; the results are written all the same.
 #
 # TURBID   the program, built with the feature `liggghts` (default: target/release/turbid)
@@ -99,7 +99,9 @@ status=0
 
 "$turbid" crosscheck --out "$out/crosscheck" > "$out/crosscheck.txt" || status=1
 cp "$out/result.csv" "$out/result.md" "$here"
-cp "$out/crosscheck/crosscheck.csv" "$here"
+for kind in csv png; do
+    cp "$out/crosscheck/crosscheck.$kind" "$here/../engines/liggghts.$kind"
+done
 cat "$out/result.md"
 tail -n 1 "$out/crosscheck.txt"
 exit "$status"
