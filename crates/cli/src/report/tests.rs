@@ -51,6 +51,7 @@ fn write_study(directory: &Path, title: &str) {
         title: "Table 1".into(),
         columns: vec!["Ar".into(), "a | b".into()],
         rows: vec![vec!["500".into(), "0.3".into()], vec!["1000".into()]],
+        ..Table::default()
     };
     let document = Document {
         title: title.into(),
