@@ -193,8 +193,11 @@ fn as_float(value: &mut toml::Value) {
 fn is_of(json: &Json, setup: &Setup) -> bool {
     let stored = json.get("identity").unwrap_or(json);
     let wanted = identity(setup);
+    // A summary has the coupling by its present name, an identity by the name that identities were first made with.
+    let coupling = setup.fluid.as_ref().map(|fluid| fluid.coupling.name());
     let mut keys = wanted.as_object().into_iter().flatten();
     keys.all(|(key, wanted)| match stored.get(key) {
+        Some(known) if key == "coupling" => known == wanted || known.as_str() == coupling,
         Some(known) => is_same(known, wanted),
         // Summaries of older versions lack it.
         None => key == "setup_hash",

@@ -159,6 +159,19 @@ fn a_run_that_has_ended_is_taken_from_wherever_it_is_if_its_case_is_the_same() {
 }
 
 #[test]
+fn a_run_that_has_ended_is_done_with_the_homogenised_coupling_too() {
+    let homogenised = AXES.replace("[set]", "[set]\n\"lattice.coupling\" = \"homogenised\"");
+    let place = place(&homogenised);
+    let study = load(&place).unwrap();
+    let mut setup = case::load(&study.case, &study.plan.runs[0].options).unwrap();
+    setup.plan.output.directory = study.out.join(&study.plan.runs[0].name);
+    simulation::run(&setup, &RunOptions::default()).unwrap();
+    assert!(load(&place).unwrap().states[0].record().is_some());
+    fs::write(place.path().join("study.toml"), AXES).unwrap();
+    assert!(load(&place).unwrap().states[0].record().is_none(), "that is another coupling");
+}
+
+#[test]
 fn a_run_that_was_stopped_is_a_part_and_one_of_another_case_is_replaced() {
     let place = place(AXES);
     let study = load(&place).unwrap();
