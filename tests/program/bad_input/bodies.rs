@@ -177,8 +177,8 @@ fn a_plate_thinner_than_four_cells_is_warned_of_with_the_number() {
     let one = ("volume_fraction = 0.1", "count = 1");
     let place = Place::new(&changed(SPHERES, &[(SPHERE, plate), one]));
     let said = place.well(&["check", "case.toml"]);
-    // The sphere is 8 cells; 0.2 of 8 (pi / 1.2)^(1/3).
-    has(&said, &["case.toml:14:", "2.21 cells thick", "below 4", "cells_per_diameter = 14.5"]);
+    // The sphere is 8 cells; 0.2 of 8 (pi / 1.2)^(1/3). Four cells need 14.51.
+    has(&said, &["case.toml:14:", "2.21 cells thick", "below 4", "cells_per_diameter = 14.6"]);
 }
 
 #[test]
