@@ -143,7 +143,7 @@ fn a_cross_check_takes_any_program_and_knows_that_the_template_is_half_a_step_ah
 #[test]
 fn a_cross_check_of_a_case_without_a_contact_says_so_and_does_not_pass() {
     let place = Place::new(
-        r#"
+        r"
 [domain]
 size = [0.01, 0.01, 0.01]
 [dry]
@@ -161,7 +161,7 @@ restitution = 1.0
 gravity = 0.0
 [run]
 end = { time = 0.03 }
-"#,
+",
     );
     let check = ["crosscheck", "case.toml", "--engine", "python", "--out", "out"];
     has(&place.well(&check), &["1 of 1 checks passed", "contacts that began"]);
