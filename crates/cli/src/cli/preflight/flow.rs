@@ -4,7 +4,6 @@ use crate::cli::terminal::{Row, row};
 use turbid::case::{FluidSetup, Setup};
 use turbid::engine::EngineChoice;
 use turbid::fluid::Collision;
-use turbid::particle::Template;
 
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
@@ -29,11 +28,11 @@ fn gap_row(setup: &Setup) -> Option<Row> {
         );
         return Some(row("lubrication below", format!("{:.3e} m", film.range()), remark));
     }
-    let has_film =
-        |template: &Template| template.shape.as_sphere().is_some() || template.shape.as_ellipsoid().is_some();
     let native = matches!(setup.engine, EngineChoice::Native) && setup.contact.is_some();
-    let without =
-        if native && setup.templates.iter().all(has_film) { " without `contact.lubrication`" } else { "" };
+    let mut shapes = setup.templates.iter().map(|template| &template.shape);
+    let films =
+        native && shapes.all(|shape| shape.as_sphere().or(shape.as_ellipsoid().map(|axes| axes.x)).is_some());
+    let without = if films { " without `contact.lubrication`" } else { "" };
     let remark = format!("one cell: forces in narrower gaps are too weak{without} (docs/limits.md){touch}");
     Some(row("unresolved gaps", format!("{:.3e} m", setup.domain.dx), remark))
 }
