@@ -12,6 +12,7 @@
 
 mod checks;
 mod conform;
+mod couette;
 mod dry;
 mod engine;
 pub mod file;
@@ -49,6 +50,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use couette::Couette;
 pub use file::schema;
 pub use file::{BodyColour, Quantity};
 pub use hertz::Hertz;
@@ -178,6 +180,8 @@ pub struct FluidSetup {
     pub control_rate: f64,
     /// Uniform acceleration of the fluid in addition to all else (m/s^2), for driven flows.
     pub body_acceleration: Vec3,
+    /// Flow at the start; `None` is a fluid at rest.
+    pub start: Option<Couette>,
     /// Reference velocities and dimensionless numbers.
     pub scales: Scales,
 }

@@ -127,14 +127,18 @@ struct FluidSystem {
 }
 
 impl FluidSystem {
-    /// Fluid at rest round the particles of a case; errors on every rank if one has not the memory. Collective.
+    /// The fluid as it starts, round the particles of a case; errors on every rank if one has not the memory. Collective.
     fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &setup.units());
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
-        #[allow(unused_mut)] // without devices nothing changes it
         let mut fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
+        if let Some(flow) = of.start {
+            let units = setup.units();
+            let middle = |cell: [usize; 3]| Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * units.dx);
+            fluid.set_equilibrium(|cell| (1.0, (flow.velocity(middle(cell)) / units.velocity()).into()));
+        }
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
         let cells = cells[0] as f64;
@@ -215,10 +219,16 @@ impl Simulation {
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
         let system = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
+        let mut system = system.transpose()?;
+        let start = setup.fluid.as_ref().and_then(|fluid| fluid.start);
+        if let (Some(system), Some(flow)) = (&mut system, start) {
+            let motion = |at| [flow.velocity(at), flow.angular_velocity()];
+            system.coupling.begin_moving(dem.particles(), motion);
+        }
         let block = decomposition.block(comm.rank());
         Ok(Self {
             units: setup.units(),
-            system: system.transpose()?,
+            system,
             dem,
             comm: Rc::new(comm),
             timings: Timings::default(),

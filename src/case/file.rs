@@ -152,6 +152,21 @@ pub struct FluidSection {
     /// (validation/precision). Default "f32".
     #[serde(default)]
     pub precision: Precision,
+    /// Flow at the start: "rest"; or "couette", linear between the two closed faces of one direction that slide, also of the free
+    /// bodies without a velocity of their own. Default "rest".
+    #[serde(default)]
+    pub start: FluidStart,
+}
+
+/// Flow at the start of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FluidStart {
+    /// Fluid and bodies at rest.
+    #[default]
+    Rest,
+    /// Plane Couette flow between two faces, which needs no time to form.
+    Couette,
 }
 
 /// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.

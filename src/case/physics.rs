@@ -1,11 +1,13 @@
 //! Gravity, viscosity, time step and collision of a case.
 
-use super::FluidSetup;
 use super::checks::Document;
-use super::file::{CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection};
+use super::file::{
+    CollisionKind, Coupling, DrivingSection, FluidSection, FluidStart, Gravity, LatticeSection,
+};
 use super::kinds::Kinds;
 use super::scales::Reference;
 use super::walls::PlacedWall;
+use super::{Couette, FluidSetup};
 use crate::contact::Lubrication;
 use crate::contact::lubrication::Unresolved;
 use crate::coupling::{Homogenised, Method, Saturated};
@@ -47,6 +49,10 @@ pub(super) fn fluid(
     let (body_acceleration, zero_net_flux) =
         driven(document, driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
     let scales = reference.scales(viscosity);
+    let start = match section.start {
+        FluidStart::Rest => None,
+        FluidStart::Couette => Some(Couette::between(document, domain, walls)?),
+    };
     let fluid = FluidSetup {
         density,
         viscosity,
@@ -57,6 +63,7 @@ pub(super) fn fluid(
         zero_net_flux,
         control_rate: (scales.stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter)),
         body_acceleration,
+        start,
         scales,
     };
     Ok((units.dt, fluid))

@@ -114,7 +114,7 @@ impl Placer<'_> {
     }
 
     /// A particle at a position with an orientation of its body, a velocity (m/s) and an angular velocity (1/s).
-    fn particle(
+    pub(super) fn particle(
         &self,
         id: u64,
         template: usize,

@@ -138,7 +138,10 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         files: &files,
         enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
-    let (particles, random) = placer.place(places, &mut warnings, &mut notes)?;
+    let (mut particles, random) = placer.place(places, &mut warnings, &mut notes)?;
+    if let Some(flow) = fluid.as_ref().and_then(|fluid| fluid.start) {
+        flow.carry(&placer, &motions, &mut particles);
+    }
     if contact.is_some() {
         refuse_double_contacts(document, &domain, &reaches, &particles)?;
     }

@@ -3,7 +3,7 @@
 //! Every key and every name of a choice is spelled out below, those of the contact model in the tests, so that renaming a type or a field
 //! changes no identity. The hash is that of one text in [canonical form](canonical), which has
 //!
-//! - of the fluid its density, collision, coupling, force balance, flux control and body acceleration;
+//! - of the fluid its density, collision, coupling, force balance, flux control, body acceleration and flow at the start;
 //! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
 //! - volume, inertia, density and material of each template, and its motion as far as it is prescribed;
 //! - the contents of the files that the case names.
@@ -11,7 +11,7 @@
 //! It lacks the other numbers of [`identity`], the run plan, and what the text of the case decides alone: position and motion of the
 //! particles, and commands for LIGGGHTS.
 
-use crate::case::{FluidSetup, Setup};
+use crate::case::{Couette, FluidSetup, Setup};
 use crate::contact::{ContactModel, ElasticLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::fluid::Collision;
@@ -114,14 +114,18 @@ fn fluid(fluid: &FluidSetup) -> Json {
         Method::Homogenised(homogenised) => ("exact_difference", Some(homogenised.ramp)),
         Method::Saturated(saturated) => (saturated.operator.name(), None),
     };
-    json!({
+    let mut json = json!({
         "body_acceleration": vector(fluid.body_acceleration),
         "collision": collision(fluid.collision),
         "coupling": { "operator": operator, "ramp_width": ramp_width },
         "density": fluid.density,
         "force_balance": balance_name(fluid.force_balance),
         "zero_net_flux": fluid.zero_net_flux,
-    })
+    });
+    if let Some(Couette { axis, lower, gradient }) = fluid.start {
+        json["start"] = json!({ "axis": axis, "gradient": vector(gradient), "lower": vector(lower) });
+    }
+    json
 }
 
 /// By the names of its fields, without those that are `None`, so that a new one changes no identity of a case without it; and by the names

@@ -87,6 +87,23 @@ const DRIVEN: (&str, &str) = ("DRIVE", "body_acceleration = [0.048, 0.0, 0.0]");
 const ACCELERATION: f64 = 0.048;
 
 #[test]
+fn a_sphere_in_a_run_that_starts_as_couette_flow_keeps_its_velocity_and_the_walls_their_stress() {
+    let faces = "[domain.faces]\n\"z-\".velocity = [0, -5e-3, 0]\n\"z+\".velocity = [0, 5e-3, 0]";
+    let rate = 1e-2 / 6e-3;
+    for coupling in ["saturated", "homogenised"] {
+        let options = [("FACES", faces), ("COUPLING", &format!("coupling = \"{coupling}\""))];
+        let case = text(6.0, &options, 20, 20)
+            .replace("precision = \"f64\"", "start = \"couette\"")
+            .replace("list = [[0.003, 0.003, 0.003]]", "list = [[3e-3, 1e-4, 1.5e-3]]");
+        let [one, two] =
+            ["1", "2"].map(|n| run(&case.replace("[run]", &format!("[run]\nthreads = {n}")), true));
+        assert_eq!(one.1.state_hash, two.1.state_hash, "{coupling}");
+        close("velocity of the sphere", last(&one.0, "mean_particle_velocity_y"), -1.5e-3 * rate, 1e-3);
+        close("stress at the wall", last(&one.0, "shear_stress_z-_y"), VISCOSITY * rate, 1e-3);
+    }
+}
+
+#[test]
 fn the_walls_of_a_driven_slit_carry_the_force_that_drives_the_fluid() {
     let (series, summary) = run(&text(2.0, &[DRIVEN], 1000, 250), false);
     let height = 2.0 * DIAMETER;

@@ -62,7 +62,8 @@ pub struct CouplingParams {
     pub simd: Simd,
 }
 
-/// Moves particle data between the engine and one block of fluid, which is at rest before the first step.
+/// Moves particle data between the engine and one block of fluid, which is at rest before the first step unless
+/// [`begin_moving`](Self::begin_moving) says otherwise.
 pub struct Coupling {
     params: CouplingParams,
     decomposition: Decomposition,
@@ -198,6 +199,21 @@ impl Coupling {
             return;
         }
         self.find_cells();
+    }
+
+    /// Begins with a fluid that moves, by the velocity (m/s) and half the vorticity (1/s) of `flow` at a position: its momentum is in the
+    /// bodies before the first step. Methods that keep the cover find it in the cells.
+    pub fn begin_moving(&mut self, particles: &ParticleStore, flow: impl Fn(Vec3) -> [Vec3; 2]) {
+        if with_method!(self.params.method, method => method.keeps_cover()) {
+            return;
+        }
+        let mut carried = particles.clone();
+        for particle in &mut carried.particles {
+            let [velocity, angular_velocity] = flow(particle.position());
+            (particle.velocity, particle.angular_velocity) = (velocity.into(), angular_velocity.into());
+        }
+        self.map(&carried);
+        self.note_swept(&carried);
     }
 
     /// Finds what a device gets of the mapped bodies. The host finds the cells of those whose geometry the device does not know, and of
