@@ -111,6 +111,13 @@ mod tests {
     }
 
     #[test]
+    fn bodies_that_start_with_the_flow_meet_at_the_shear_rate() {
+        let carried = "particles.0.list=[[2e-3, 2e-3, 1.5e-3], [2e-3, 2e-3, 5e-3]]".to_string();
+        let impact = from_text(SHEAR, "shear", &[carried]).unwrap().impact().unwrap();
+        assert_eq!(impact.cause, "shear rate times D");
+    }
+
+    #[test]
     fn a_flow_that_is_not_between_two_sliding_faces_is_refused() {
         for (option, what) in [
             ("domain.faces={}", "no closed face of the box has a velocity"),

@@ -95,7 +95,8 @@ impl Setup {
         let (fluid, contact, template) =
             (self.fluid.as_ref()?, self.contact.as_ref()?, self.templates.first()?);
         let hertz = Hertz::new(template, &contact.materials[template.material]);
-        let started = self.particles.iter().map(|particle| particle.velocity().norm());
+        let flow = |at| fluid.start.map_or(Vec3::zeros(), |flow| flow.velocity(at));
+        let started = self.particles.iter().map(|p| (p.velocity() - flow(p.position())).norm());
         let prescribed = (0..self.templates.len()).map(|template| self.prescribed_speed(template));
         let sheared = if self.particles.len() > 1 { self.shear_rate() * self.diameter } else { 0.0 };
         let impacts = [

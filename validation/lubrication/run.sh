@@ -24,11 +24,15 @@ tables() {
 06 n=12 tau=0.65,1.0 gap=1,0.5,0.25,0.1 room=5 with=wall place=1,2
 08 n=8,12,20 tau=1.0 gap=1,0.5,0.25,0.1 room=5 with=wall motion=shear
 02 n=12 tau=0.65,1.0 gap=1,0.5,0.25,0.1 room=5 oblique=0,1 place=1,2
-10 solids=homogenised n=12 tau=0.53,0.65,1.0 gap=1,0.5,0.25,0.1 room=4 oblique=1
-11 solids=homogenised n=12 tau=0.65,1.0 gap=1,0.5,0.25,0.1 room=5 with=wall
+10 solids=homogenised n=12 tau=0.53,0.65,0.8,1.0 gap=1,0.5,0.25,0.1 room=4 oblique=1
+10b solids=homogenised n=12 tau=0.53,0.8 gap=1,0.5,0.25,0.1 room=4 place=2
+10c solids=homogenised n=16 tau=0.65 gap=1,0.5,0.25,0.1 room=4 oblique=1
+10d solids=homogenised n=20 tau=1.0 gap=1,0.5,0.25,0.1 room=4 oblique=1
+11 solids=homogenised n=8,12 tau=0.53,0.65,0.8,1.0 gap=1,0.5,0.25,0.1 room=5 with=wall
+11b solids=homogenised n=20 tau=1.0 gap=1,0.5,0.25,0.1 room=4 with=wall
 00 n=8 tau=0.53,1.0 gap=1,0.5,0.25,0.1 room=5 oblique=1
 05 n=8 tau=0.53,1.0 gap=1,0.5,0.25,0.1 room=5 with=wall
-09 solids=homogenised n=8 tau=0.53,1.0 gap=1,0.5,0.25,0.1 room=5 oblique=1
+09 solids=homogenised n=8 tau=0.53,0.65,0.8,1.0 gap=1,0.5,0.25,0.1 room=5 oblique=1
 04 n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=4 motion=shear,spin,roll
 12 solids=homogenised n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=4 motion=shear,spin,roll
 13 stretch=2 tilt=0,90 n=12 tau=1.0 gap=1,0.5,0.25,0.1 room=3 with=wall

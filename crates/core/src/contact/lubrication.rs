@@ -94,15 +94,16 @@ impl Unresolved {
         rolling: [0.65, 0.29],
     };
 
-    /// With homogenised cells, whose surface lies deeper in the body the longer the relaxation time is (time steps, 0.53 to 1).
+    /// With homogenised cells, whose surface lies deeper in the body the longer the relaxation time is (time steps, 0.53 to 1). For sliding and
+    /// rolling fitted at 1 alone.
     pub fn homogenised(relaxation_time: f64) -> Self {
-        let square = relaxation_time - 0.5;
-        let depth = square.sqrt();
+        let above_half = relaxation_time - 0.5;
+        let depth = above_half.sqrt();
         Self {
-            range: 3.0,
-            linear: [0.44 / depth, 0.7 / depth],
-            curved: 0.0,
-            square: 0.067 / square,
+            range: (9.5 * depth * depth.sqrt()).min(3.0),
+            linear: [0.85 + 0.035 / above_half, 1.0 + 0.21 / above_half],
+            curved: 0.125 / above_half - 1.2,
+            square: (0.112 / above_half - 0.2).max(0.0),
             sliding: [0.7 * depth, 0.28 * depth],
             rolling: [2.1 * depth, 0.78 * depth],
         }
