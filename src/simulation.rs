@@ -31,7 +31,7 @@ use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams};
 use crate::math::Vec3;
 pub use crate::output::Fields;
-use crate::particle::Template;
+use crate::particle::{ParticleStore, Template};
 use crate::timing::Timings;
 use crate::units::Units;
 pub use bench::{
@@ -128,21 +128,28 @@ struct FluidSystem {
 
 impl FluidSystem {
     /// The fluid as it starts, round the particles of a case; errors on every rank if one has not the memory. Collective.
-    fn new(setup: &Setup, of: &FluidSetup, decomposition: &Decomposition, comm: &Comm) -> Result<Self> {
+    fn new(
+        setup: &Setup,
+        of: &FluidSetup,
+        decomposition: &Decomposition,
+        comm: &Comm,
+        particles: &ParticleStore,
+    ) -> Result<Self> {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &setup.units());
         let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
         let mut fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
+        let mut cells = [fluid.fluid_cells() as i64];
+        comm.sum(&mut cells);
+        let cells = cells[0] as f64;
+        let (mut coupling, driving) = Self::acting(setup, of, decomposition, comm.rank(), cells);
         if let Some(flow) = of.start {
             let units = setup.units();
             let middle = |cell: [usize; 3]| Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * units.dx);
             fluid.set_equilibrium(|cell| (1.0, (flow.velocity(middle(cell)) / units.velocity()).into()));
+            coupling.begin_moving(particles, |at| [flow.velocity(at), flow.angular_velocity()]);
         }
-        let mut cells = [fluid.fluid_cells() as i64];
-        comm.sum(&mut cells);
-        let cells = cells[0] as f64;
-        let (coupling, driving) = Self::acting(setup, of, decomposition, comm.rank(), cells);
         #[cfg(feature = "gpu")]
         if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {
             comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &coupling)))?;
@@ -218,17 +225,12 @@ impl Simulation {
         comm: Comm,
         dem: Box<dyn DemEngine>,
     ) -> Result<Self> {
-        let system = (setup.fluid.as_ref()).map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm));
-        let mut system = system.transpose()?;
-        let start = setup.fluid.as_ref().and_then(|fluid| fluid.start);
-        if let (Some(system), Some(flow)) = (&mut system, start) {
-            let motion = |at| [flow.velocity(at), flow.angular_velocity()];
-            system.coupling.begin_moving(dem.particles(), motion);
-        }
+        let system = (setup.fluid.as_ref())
+            .map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm, dem.particles()));
         let block = decomposition.block(comm.rank());
         Ok(Self {
             units: setup.units(),
-            system,
+            system: system.transpose()?,
             dem,
             comm: Rc::new(comm),
             timings: Timings::default(),

@@ -118,6 +118,13 @@ mod tests {
     }
 
     #[test]
+    fn of_a_flow_that_is_too_fast_the_wall_is_named_and_not_the_bodies_that_it_carries() {
+        let options = ["domain.faces={\"z+\"={velocity=[2, 0, 0]}}", "particles.0.list=[[2e-3, 2e-3, 5e-3]]"];
+        let error = from_text(SHEAR, "shear", &options.map(String::from)).unwrap_err().to_string();
+        assert!(error.contains("the wall \"z+\"") && !error.contains("particles.0"), "{error}");
+    }
+
+    #[test]
     fn a_flow_that_is_not_between_two_sliding_faces_is_refused() {
         for (option, what) in [
             ("domain.faces={}", "no closed face of the box has a velocity"),

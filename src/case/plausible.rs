@@ -7,7 +7,7 @@ use super::speeds::wall_speed;
 use super::{FluidSetup, Setup};
 use crate::coupling::VirtualMass;
 use crate::error::Result;
-use crate::particle::Template;
+use crate::particle::{Particle, Template};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -99,7 +99,9 @@ impl Written<'_> {
                 self.doubt_of_settling(section, setup.templates[template].shape.equivalent_diameter());
             follow(&name, speed, &format!("particles.{section}.shape"), doubt)?;
         }
-        let started = setup.particles.iter().map(|p| {
+        // Walls decide the speed of bodies that the flow carries.
+        let own = |p: &&Particle| fluid.start.is_none_or(|flow| p.velocity() != flow.velocity(p.position()));
+        let started = setup.particles.iter().filter(own).map(|p| {
             let template = p.template as usize;
             let rim = p.angular_velocity().norm() * setup.templates[template].shape.circumradius();
             (template, p.velocity().norm() + rim)

@@ -41,15 +41,15 @@ def test_without_pandas_a_frame_is_refused_and_the_default_is_a_dict(case, tmp_p
         turbid.read_series(tmp_path / "out", as_frame=True)
 
 
-def test_ctrl_c_stops_a_run_with_its_files_closed(case, tmp_path):
+def test_ctrl_c_stops_a_run_with_its_files_closed(case, tmp_path, request):
     # A process that was started in the background ignores it.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(lambda: signal.signal(signal.SIGINT, before))
     case["run"]["end"] = {"steps": 10**7}
     case["output"] = {"directory": str(tmp_path / "out"), "series_every": {"steps": 10}}
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         turbid.run(case)
-    signal.signal(signal.SIGINT, before)
     assert turbid.read_summary(tmp_path / "out")["interrupted"]
     assert len(turbid.read_series(tmp_path / "out", as_frame=False)["step"]) > 1
 
