@@ -153,6 +153,12 @@ impl Setup {
         self.fluid.as_ref().expect("this case has a fluid")
     }
 
+    /// Velocity of the fluid at the start (m/s), by position (m).
+    pub fn flow_at_start(&self) -> impl Fn(Vec3) -> Vec3 {
+        let start = self.fluid.as_ref().and_then(|fluid| fluid.start);
+        move |position| start.map_or(Vec3::zeros(), |flow| flow.velocity(position))
+    }
+
     /// Time at the end of the run (s).
     pub fn end_time(&self) -> f64 {
         self.plan.end_step as f64 * self.time_step

@@ -82,7 +82,11 @@ pub const DEFINITIONS: [(&str, &str); 25] = [
     ),
     ("kinetic_energy_translation", "Kinetic energy of the particles by translation, `sum m v^2 / 2`."),
     ("kinetic_energy_rotation", "Kinetic energy of the particles by rotation, `sum w . I w / 2`."),
-    ("momentum", "Momentum of fluid and particles, `rho V net_flux + sum (m - rho V_p) v`."),
+    (
+        "momentum",
+        "Momentum of fluid and particles, `rho V net_flux + sum (m - rho V_p) v`; before the first step that of the flow at the start, \
+         and `sum m v` less what of the flow the particles displace.",
+    ),
     ("wall_force", "Force of the particles on all walls, by contacts."),
     (
         "gravitational_energy",

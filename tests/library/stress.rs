@@ -145,6 +145,31 @@ fn every_row_holds_the_momentum_of_its_own_step() {
     assert!(flux.windows(2).all(|pair| pair[1] > pair[0]));
 }
 
+#[test]
+fn a_body_that_starts_with_a_velocity_has_the_momentum_of_the_box_then_and_later() {
+    let start = "list = [{ position = [2e-3, 2e-3, 2e-3], velocity = [1e-2, 0, -2e-3] }]";
+    let mass = DENSITY * std::f64::consts::PI / 6.0 * DIAMETER.powi(3);
+    for coupling in ["saturated", "homogenised"] {
+        for precision in ["f32", "f64"] {
+            let case = text(4.0, &[("COUPLING", &format!("coupling = \"{coupling}\""))], 400, 1)
+                .replace("periodic = [true, true, false]", "")
+                .replace("\"f64\"", &format!("\"{precision}\""))
+                .replace("list = [[0.002, 0.002, 0.002]]", start);
+            let (series, _) = run(&case, true);
+            for (axis, velocity) in [("x", 1e-2), ("z", -2e-3)] {
+                let momentum = column(&series, &format!("momentum_{axis}"));
+                let parts = momentum.iter().map(|p| p / (mass * velocity)).collect::<Vec<_>>();
+                println!(
+                    "{coupling} {precision} {axis}: {:.5} {:.5} {:.5}",
+                    parts[0], parts[100], parts[400]
+                );
+                assert!((parts[0] - 1.0).abs() < 1e-12, "{coupling} {precision}: {}", parts[0]);
+                assert!((parts[400] - 1.0).abs() < 0.01, "{coupling} {precision}: {}", parts[400]);
+            }
+        }
+    }
+}
+
 /// Shear rate (1/s) of plates that pass each other, for a box of this many diameters.
 const RATE: f64 = 0.8;
 

@@ -118,7 +118,8 @@ pub enum ElasticLaw {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DampingLaw {
-    /// The elastic force times `1 + c v`, as in Marquardt et al. (2024): never pulls.
+    /// The elastic force times `1 + c v`, as in Marquardt et al. (2024): never pulls. With the damping of a contact that is
+    /// loaded rather than hit from the depth that it has.
     #[default]
     HuntCrossley,
     /// A dashpot beside the elastic force `F`, `sqrt(5) beta sqrt(m* F / d) v`, as LIGGGHTS has it: restitution does not

@@ -37,6 +37,9 @@ fn stokes_velocity(setup: &Setup) -> f64 {
 /// ```text
 /// rho V <u> + sum (m - rho V_p) v
 /// ```
+///
+/// Before the first step no body has moved the fluid: there `<u>` is that of the flow at the start, which also fills the bodies,
+/// and its momentum in them is part of theirs, `sum m v - rho V_p u`.
 pub(super) fn row(
     setup: &Setup,
     simulation: &Simulation,
@@ -46,8 +49,9 @@ pub(super) fn row(
     let own = simulation.dem.particles().owned();
     let known = gather::partners(simulation, contacts);
     let mut terms = Vec::new();
+    let start = (simulation.step == 0).then(|| setup.flow_at_start());
     for particle in own {
-        of_particle(setup, particle, &mut terms);
+        of_particle(setup, particle, start.as_ref(), &mut terms);
     }
     for contact in contacts {
         of_contact(setup, &known, contact, &mut terms);
@@ -79,6 +83,7 @@ pub(super) fn row(
         Some(_) => simulation.fluid_volume(),
         None => setup.domain.volume(),
     };
+    let moving = start.map_or(mean.velocity, |flow| flow(0.5 * setup.domain.size()));
     let walls = setup.walls.iter().zip(by_fluid).enumerate();
     Some(SeriesRow {
         step: simulation.step,
@@ -94,7 +99,7 @@ pub(super) fn row(
         kinetic_energy_fluid: mean.kinetic_energy,
         kinetic_energy_translation: sums[TRANSLATION],
         kinetic_energy_rotation: sums[ROTATION],
-        momentum: (vector(MOMENTUM) + fluid_mass * mean.velocity).into(),
+        momentum: (vector(MOMENTUM) + fluid_mass * moving).into(),
         wall_force: vector(WALL_FORCE).into(),
         gravitational_energy: sums[GRAVITATION],
         max_mach: 3.0_f64.sqrt() * max_lattice_speed,
@@ -143,8 +148,13 @@ fn put(terms: &mut Vec<Term>, first: usize, values: &[f64]) {
     terms.extend((first..).zip(values.iter().copied()));
 }
 
-/// Terms of a particle.
-fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
+/// Terms of a particle; `start` is the flow (m/s) round bodies that have not moved the fluid yet.
+fn of_particle(
+    setup: &Setup,
+    particle: &Particle,
+    start: Option<&impl Fn(Vec3) -> Vec3>,
+    terms: &mut Vec<Term>,
+) {
     let template = &setup.templates[particle.template as usize];
     let velocity = particle.velocity();
     let excess = (template.density - setup.fluid_density()) * template.shape.volume();
@@ -157,7 +167,10 @@ fn of_particle(setup: &Setup, particle: &Particle, terms: &mut Vec<Term>) {
     let translation = 0.5 * template.mass() * velocity.norm_squared();
     let rotation = 0.5 * template.inertia().component_mul(&spin).dot(&spin);
     put(terms, VELOCITY, velocity.as_slice());
-    put(terms, MOMENTUM, (excess * velocity).as_slice());
+    let momentum = start.map_or(excess * velocity, |flow| {
+        template.mass() * velocity - (template.mass() - excess) * flow(particle.position())
+    });
+    put(terms, MOMENTUM, momentum.as_slice());
     terms.extend([
         (SPEED, velocity.norm()),
         (TRANSLATION, translation),

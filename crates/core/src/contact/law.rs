@@ -8,11 +8,11 @@
 //! OverlapVolume   F = -n k E* sqrt(V d),   k = 4 / (3 sqrt(pi)),   through x_c
 //! OverlapEnergy   F = -n A E'(V),   torque -M E'(V),   E(V) = K V^(5/4),   K = (8/15) E* R_e^(-3/4) pi^(-5/4)
 //! Hertz           F = -n (4/3) E* sqrt(R_e) d^(3/2),   through x_c
-//! HuntCrossley    F (1 + c v),   c = 1.5 (1 - e) (11 - e) / (1 + 9 e) / u0,   u0 stored when the bodies first approach
+//! HuntCrossley    F (1 + y v / max(u0, u_d)),   y = 1.5 (1 - e) (11 - e) / (1 + 9 e),   u_d = sqrt((2/3) |F| d / m*)
 //! Tsuji           F - n sqrt(5) b sqrt(m* |F| / d) v,   b = -ln e / sqrt(pi^2 + ln^2 e),   through x_c
 //! ```
 //!
-//! Friction: [`PairLaw::act`]. `docs/theory/contact.md` says which law to use, with numbers.
+//! with the approach speed `u0` when the bodies first approach. Friction: [`PairLaw::act`]. `docs/theory/contact.md` says which law to use, with numbers.
 //!
 //! References: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9; Feng, Han and Owen (2012), Comput. Methods
 //! Appl. Mech. Engrg. 205-208, 169; Tsuji, Tanaka and Ishida (1992), Powder Technol. 71, 239; Antypov and Elliott
@@ -38,6 +38,14 @@ pub const UNSET: f64 = -1.0;
 
 /// Slowest impact that is distinguished from rest (m/s): keeps the damping finite.
 const SLOWEST: f64 = 1e-290;
+
+/// Greatest stiffness of [`ElasticLaw::OverlapEnergy`] times the square of a sub-step over the reduced mass (-): a period of 12
+/// sub-steps.
+const STIFFEST: f64 = 0.25;
+
+/// Greatest damping of [`DampingLaw::HuntCrossley`] times a sub-step over the reduced mass (-); beyond 1 the explicit
+/// integration of a contact at rest is unstable.
+const MOST_DAMPED: f64 = 0.5;
 
 /// Sliding speed over transition speed beyond which friction is kinetic to the last bit.
 const GROSS: f64 = 1e30;
@@ -103,10 +111,16 @@ impl PairLaw {
 
     /// The pressure `E'(V)` of [`ElasticLaw::OverlapEnergy`] (Pa). The fourth root is two square roots, alike on every
     /// machine.
+    ///
+    /// The force of flat faces sets in as `d^(1/4)`, with an infinite slope. Where it is stiffer than a sub-step `dt` resolves it is
+    /// that of a spring, `F <= m* V / (4 A dt^2)` (our rule), which is conservative on a face.
     fn pressure(&self, overlap: &Overlap, pair: &PairProperties) -> f64 {
         let curvature = 1.0 / pair.radii[0] + 1.0 / pair.radii[1];
         let part = overlap.volume * curvature * curvature * curvature;
-        ENERGY_FACTOR * self.modulus * part.sqrt().sqrt()
+        let span = overlap.area * pair.dt;
+        let onset = STIFFEST * pair.mass() * overlap.volume / (span * span);
+        // An overlap without area has no limit.
+        (ENERGY_FACTOR * self.modulus * part.sqrt().sqrt()).min(onset)
     }
 
     /// Magnitude of the elastic force (N).
@@ -126,8 +140,12 @@ impl PairLaw {
 
     /// Damping of an elastic force (N): the factor (-) by which it is multiplied, and the force (N) that is added.
     ///
-    /// An impact keeps the approach speed `-e u0 <= v <= u0`. Outside of `-u0 <= v <= u0` the product `c v` is clamped
-    /// (our rule), so that a contact made almost at rest and pushed later cannot explode.
+    /// An impact has the approach speed `-e u0 <= v <= u0` and a depth that it reaches by its own energy: with a force `F ~ d^p`
+    /// that is `F d / (p + 1) <= m* u0^2 / 2`, and `p <= 2` for convex bodies, so that `u_d <= u0`. A contact that was made almost
+    /// at rest and is loaded later has no impact speed, but a depth: `u_d` is the slowest impact that would reach it. So a contact at
+    /// rest under the force `F` is a damped oscillator, of damping ratio `y / 2` with Hertz (our rule; Marquardt et al. (2024) keep
+    /// `c = y / u0`, which grows beyond all bounds as `u0` vanishes). The damping is never more than sub-steps of `dt` resolve,
+    /// `c F <= m* / (2 dt)`, which impacts at `e >= 0.3` do not reach if they last ten sub-steps, and `-y <= c v <= y`.
     ///
     /// # Reference
     /// Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028.
@@ -141,8 +159,11 @@ impl PairLaw {
     ) -> [f64; 2] {
         match self.damping {
             DampingLaw::HuntCrossley => {
-                let damped = damping.max(0.0) * approach;
-                let factor = 1.0 + damped.clamp(-self.damping_number, self.damping_number);
+                let slowest = (2.0 / 3.0 * elastic * depth.max(0.0) / pair.mass()).sqrt().max(SLOWEST);
+                let resolved = MOST_DAMPED * pair.mass() / (elastic * pair.dt);
+                let damping = damping.max(0.0).min(self.damping_number / slowest).min(resolved);
+                let damped = (damping * approach).clamp(-self.damping_number, self.damping_number);
+                let factor = 1.0 + damped;
                 [factor.max(0.0), 0.0]
             }
             DampingLaw::Tsuji if depth > 0.0 => {
@@ -220,13 +241,15 @@ impl PairLaw {
     }
 }
 
-/// Sizes and masses of the two bodies of a contact.
+/// Sizes and masses of the two bodies of a contact, and the time for which its force stays the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairProperties {
     /// Radii of the spheres of equal volume (m), infinite for a wall.
     pub radii: [f64; 2],
     /// Masses (kg), infinite for a wall.
     pub masses: [f64; 2],
+    /// Length of a sub-step (s).
+    pub dt: f64,
 }
 
 impl PairProperties {

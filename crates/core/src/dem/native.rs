@@ -32,6 +32,8 @@ mod mixed_tests;
 #[cfg(test)]
 mod motion_tests;
 #[cfg(test)]
+mod rest_tests;
+#[cfg(test)]
 mod saved_tests;
 #[cfg(test)]
 mod tests;

@@ -25,11 +25,11 @@ const GLASS: ContactParams = ContactParams {
 };
 
 /// The spheres of [`lens`].
-const EQUAL: PairProperties = PairProperties { radii: [1e-3; 2], masses: [1e-5; 2] };
+const EQUAL: PairProperties = PairProperties { radii: [1e-3; 2], masses: [1e-5; 2], dt: 1e-9 };
 
 /// Bodies of these radii (m) and of unlike masses.
 fn pair(radii: [f64; 2]) -> PairProperties {
-    PairProperties { radii, masses: [1e-5, if radii[1] < 1.0 { 3e-5 } else { f64::INFINITY }] }
+    PairProperties { radii, masses: [1e-5, if radii[1] < 1.0 { 3e-5 } else { f64::INFINITY }], dt: 1e-9 }
 }
 
 fn law() -> PairLaw {
@@ -292,14 +292,57 @@ fn damping_is_latched_on_approach_and_then_stays() {
 }
 
 #[test]
-fn a_contact_made_almost_at_rest_has_a_bounded_force_when_pushed_later() {
+fn a_contact_made_almost_at_rest_is_damped_as_by_the_slowest_impact_that_goes_as_deep() {
     let law = law();
     let elastic = law.normal_force(&lens(1e-5), &EQUAL, UNSET, 0.0);
-    for slowest in [1e-12, 1e-300, f64::from_bits(1)] {
-        let damping = law.latch(UNSET, slowest);
-        let pushed = law.normal_force(&lens(1e-5), &EQUAL, damping, 0.1);
-        assert!((pushed / elastic - (1.0 + law.damping_number)).abs() < 1e-12);
-        assert!(law.normal_force(&lens(1e-5), &EQUAL, damping, 0.0).is_finite());
+    let slowest = (2.0 / 3.0 * elastic * 1e-5 / EQUAL.mass()).sqrt();
+    for first in [1e-12, 1e-300, f64::from_bits(1)] {
+        let damping = law.latch(UNSET, first);
+        for (speed, factor) in [(0.0, 0.0), (1e-3, 1e-3), (-1e-3, -1e-3), (0.5, 0.5), (1.0, 1.0), (30.0, 1.0)]
+        {
+            let pushed = law.normal_force(&lens(1e-5), &EQUAL, damping, speed * slowest) / elastic;
+            let expected = (1.0 + law.damping_number * factor).max(0.0);
+            assert!((pushed - expected).abs() < 1e-12, "{first} {speed}: {pushed} {expected}");
+        }
+    }
+}
+
+#[test]
+fn no_damping_and_no_face_of_the_energy_law_is_stiffer_than_a_sub_step_resolves() {
+    for dt in [1e-9, 1e-6, 1e-4] {
+        let pair = PairProperties { dt, ..EQUAL };
+        let (law, overlap) = (law(), lens(1e-5));
+        let elastic = law.normal_force(&overlap, &pair, UNSET, 0.0);
+        let pushed = law.normal_force(&overlap, &pair, law.latch(UNSET, 1e-12), 1e-9) - elastic;
+        assert!(pushed / 1e-9 <= 0.5 * pair.mass() / dt * (1.0 + 1e-6), "{dt}: {pushed}");
+        // A face of a cube of 1 mm.
+        for depth in [1e-20, 1e-12, 1e-8, 1e-5] {
+            let face = Overlap { volume: 1e-6 * depth, area: 1e-6, ..cap(1e-3, depth) };
+            let force = energy_law().normal_force(&face, &pair, UNSET, 0.0);
+            let free = energy_law().normal_force(&face, &PairProperties { dt: 0.0, ..pair }, UNSET, 0.0);
+            let stiffest = 0.25 * pair.mass() * depth / (dt * dt);
+            assert!(
+                (force / free.min(stiffest) - 1.0).abs() < 1e-12,
+                "{dt} {depth}: {force} {free} {stiffest}"
+            );
+        }
+    }
+}
+
+#[test]
+fn no_impact_of_its_own_energy_is_damped_by_anything_but_its_speed() {
+    // Elastic forces F = k d^p from a flat face to a corner, by Verlet: the greatest u_d over u0 of an elastic impact.
+    for power in [0.25, 1.0, 1.5, 2.0] {
+        let (mut depth, mut approach, dt, mut most) = (0.0_f64, 1.0, 1e-5, 0.0_f64);
+        while approach > 0.0 {
+            depth += approach * dt;
+            let force = f64::powf(depth, power);
+            approach -= force * dt;
+            most = most.max((2.0 / 3.0 * force * depth).sqrt());
+        }
+        let exact = ((power + 1.0) / 3.0_f64).sqrt();
+        println!("{power}: {most:.4}, {exact:.4}");
+        assert!((most - exact).abs() < 1e-3 && exact <= 1.0, "{power}: {most} {exact}");
     }
 }
 

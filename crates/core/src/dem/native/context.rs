@@ -195,6 +195,7 @@ impl ContactContext {
                 properties: PairProperties {
                     radii: [first.radius, second.radius],
                     masses: masses([first, second]),
+                    dt,
                 },
                 velocity: self.velocity(i, &levers[0], law, dt) - self.velocity(j, &levers[1], law, dt),
                 point: domain.wrap(a.position() + overlap.point),
@@ -262,6 +263,7 @@ impl ContactContext {
                     properties: PairProperties {
                         radii: [constants.radius, f64::INFINITY],
                         masses: [constants.inertia.mass, f64::INFINITY],
+                        dt,
                     },
                     velocity: self.velocity(i, &overlap.point, law, dt) - wall.velocity(point, time),
                     point: domain.wrap(point),
