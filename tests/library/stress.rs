@@ -149,7 +149,8 @@ fn every_row_holds_the_momentum_of_its_own_step() {
 fn a_body_that_starts_with_a_velocity_has_the_momentum_of_the_box_then_and_later() {
     let start = "list = [{ position = [2e-3, 2e-3, 2e-3], velocity = [1e-2, 0, -2e-3] }]";
     let mass = DENSITY * std::f64::consts::PI / 6.0 * DIAMETER.powi(3);
-    for coupling in ["saturated", "homogenised"] {
+    // Homogenised cells are set in motion by their body without a reaction in the first step, by other cells than its volume.
+    for (coupling, tolerance) in [("saturated", 2e-3), ("homogenised", 0.03)] {
         for precision in ["f32", "f64"] {
             let case = text(4.0, &[("COUPLING", &format!("coupling = \"{coupling}\""))], 400, 1)
                 .replace("periodic = [true, true, false]", "")
@@ -164,7 +165,7 @@ fn a_body_that_starts_with_a_velocity_has_the_momentum_of_the_box_then_and_later
                     parts[0], parts[100], parts[400]
                 );
                 assert!((parts[0] - 1.0).abs() < 1e-12, "{coupling} {precision}: {}", parts[0]);
-                assert!((parts[400] - 1.0).abs() < 0.01, "{coupling} {precision}: {}", parts[400]);
+                assert!((parts[400] - 1.0).abs() < tolerance, "{coupling} {precision}: {}", parts[400]);
             }
         }
     }
