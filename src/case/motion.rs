@@ -1,5 +1,6 @@
 //! Prescribed motion of the particles of each section.
 
+use super::Setup;
 use super::checks::Document;
 use super::file::{
     Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, VariableVelocity, VelocitySection,
@@ -32,6 +33,29 @@ pub(super) fn motions(document: &Document, time_step: f64) -> Result<Vec<Prescri
             Ok(motion)
         })
         .collect()
+}
+
+/// Says that the force of the fluid on bodies with prescribed motion holds their buoyancy, and where it is without.
+pub(super) fn buoyancy(setup: &Setup) -> Option<String> {
+    let density = setup.fluid_density();
+    let of = |section: usize| -> f64 {
+        let own = setup.particles.iter().map(|particle| particle.template as usize);
+        own.filter(|&template| setup.sections[template] == section)
+            .map(|template| density * setup.templates[template].shape.volume() * setup.gravity.norm())
+            .sum()
+    };
+    let held = setup.prescribed_sections().into_iter().map(|section| (section, of(section)));
+    let held: Vec<String> = held
+        .filter(|(_, force)| *force > 0.0)
+        .map(|(section, force)| format!("{force:.4e} N on `particles.{section}`"))
+        .collect();
+    (!held.is_empty()).then(|| {
+        format!(
+            "`hydrodynamic_force` of bodies with prescribed motion includes buoyancy, {}; `drag` of series.csv and summary.json is without \
+             (driving.gravity = 0 leaves buoyancy out)",
+            held.join(", ")
+        )
+    })
 }
 
 fn prescribed(

@@ -6,7 +6,7 @@ use super::engine::{engine, refuse_walls, saved_text};
 use super::files::{Files, OwnShapes};
 use super::kinds::Kinds;
 use super::materials::Materials;
-use super::motion::motions;
+use super::motion::{buoyancy, motions};
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Written;
@@ -190,6 +190,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         let written = Written { document, fluid, lattice, setup: &setup, present, walls: wall_keys };
         let found = written.judge()?;
         setup.provenance.warnings.extend(found);
+        setup.provenance.notes.extend(buoyancy(&setup));
     }
     Ok(setup)
 }

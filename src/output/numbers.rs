@@ -10,13 +10,17 @@ pub fn number(x: f64, digits: i32) -> String {
     }
 }
 
-/// A mean with its standard error: two digits of the error, and as many decimals of the mean; without an error
-/// four digits.
+/// A mean with its standard error: two digits of the error, and as many decimals of the mean, with one power of ten where the mean is small
+/// or large; without an error four digits.
 pub fn with_error(mean: Option<f64>, error: Option<f64>) -> String {
     match (mean, error) {
         (Some(mean), Some(error)) if error > 0.0 && error.is_finite() => {
+            let usual = mean == 0.0 || (1e-3..1e6).contains(&mean.abs());
+            let power = if usual { 0 } else { mean.abs().log10().floor() as i32 };
+            let [mean, error] = [mean, error].map(|x| x / 10_f64.powi(power));
             let decimals = (1.0 - error.log10().floor()).clamp(0.0, 12.0) as usize;
-            format!("{mean:.decimals$} \u{b1} {error:.decimals$}")
+            let text = format!("{mean:.decimals$} \u{b1} {error:.decimals$}");
+            if usual { text } else { format!("({text})e{power}") }
         }
         (mean, _) => number(mean.unwrap_or(f64::NAN), 4),
     }
@@ -63,6 +67,8 @@ mod tests {
         assert_eq!(with_error(Some(0.163472), None), "0.1635");
         assert_eq!(with_error(Some(2.5), Some(0.0)), "2.500");
         assert_eq!(with_error(None, Some(1.0)), "-");
+        assert_eq!(with_error(Some(1.23456e-8), Some(3.1e-10)), "(1.235 \u{b1} 0.031)e-8");
+        assert_eq!(with_error(Some(-2.5e7), Some(4e5)), "(-2.500 \u{b1} 0.040)e7");
     }
 
     #[test]

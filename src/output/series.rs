@@ -56,7 +56,7 @@ pub const COLUMNS: [&str; 37] = [
 /// Definition of every quantity, by the name of its column without the axis: `net_flux` of `net_flux_x`. Here `v` is the velocity of a
 /// particle, `m` its mass, `V_p` its volume, `V` the volume of the box that is in no wall (without a fluid of the whole box), `u` the
 /// velocity of the fluid, `rho` its density, and `<>` a mean.
-pub const DEFINITIONS: [(&str, &str); 25] = [
+pub const DEFINITIONS: [(&str, &str); 26] = [
     ("step", "Steps done: of the fluid, or without one of the particles."),
     ("t", "Time, `step * time_step`."),
     (
@@ -108,11 +108,16 @@ pub const DEFINITIONS: [(&str, &str); 25] = [
     ("shear_stress", "Force of fluid and contacts along a plane wall over its area in the box. Planes only."),
     (
         "hydrodynamic_force",
-        "Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy.",
+        "Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy: `drag` is without.",
     ),
     ("hydrodynamic_torque", "Torque of the fluid on them, about the centre of each."),
     ("contact_force", "Force of contacts on them."),
     ("contact_torque", "Torque of contacts on them, about the centre of each."),
+    (
+        "drag",
+        "`hydrodynamic_force` without the hydrostatic part, the buoyancy `-sum rho V_p g`; with `force_balance = \"mixture\"` it holds \
+         the force of the mean pressure gradient, `sum rho V_p a`.",
+    ),
 ];
 
 /// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
@@ -135,17 +140,21 @@ pub fn wall_columns(walls: &[Wall]) -> impl Iterator<Item = String> {
     })
 }
 
-/// Loads on the bodies of a section with prescribed motion, beginnings of the names of their columns, and their units. Those of the fluid
-/// come first.
-pub const LOADS: [(&str, &str); 4] = [
+/// Loads on the bodies of a section with prescribed motion, beginnings of the names of their columns, and their units.
+pub const LOADS: [(&str, &str); 5] = [
     ("hydrodynamic_force", "N"),
     ("hydrodynamic_torque", "N m"),
     ("contact_force", "N"),
     ("contact_torque", "N m"),
+    ("drag", "N"),
 ];
 
+/// Index of the drag among [`LOADS`].
+pub const DRAG: usize = 4;
+
 /// Header of the columns of `[[particles]]` sections, given by their indices, whose motion is prescribed: sums over their bodies of the
-/// load of the fluid in the last step, with buoyancy, and of contacts; torques about the centre of each.
+/// load of the fluid in the last step, with buoyancy, of contacts, and the force of the fluid without buoyancy; torques about the centre
+/// of each.
 pub fn load_columns(sections: &[usize]) -> impl Iterator<Item = String> {
     sections.iter().flat_map(|section| {
         LOADS.iter().flat_map(move |(what, unit)| {

@@ -49,6 +49,16 @@ pub fn estimate_mean(series: &[f64]) -> Option<Estimate> {
     Some(Estimate { mean, standard_error: blocking_error(series) })
 }
 
+/// Ratio of the means of two quantities that are measured at the same times, with the error `e = e(a - r b) / |<b>|` to first order; `None` if
+/// there are no values.
+pub fn estimate_ratio(of: &[f64], to: &[f64]) -> Option<Estimate> {
+    let (over, under) = (estimate_mean(of)?.mean, estimate_mean(to)?.mean);
+    let ratio = over / under;
+    let rest: Vec<f64> = of.iter().zip(to).map(|(a, b)| a - ratio * b).collect();
+    let error = estimate_mean(&rest)?.standard_error;
+    Some(Estimate { mean: ratio, standard_error: error.map(|error| error / under.abs()) })
+}
+
 fn blocking_error(series: &[f64]) -> Option<f64> {
     let count = series.len() as f64;
     let (mut blocks, mut length) = (series.to_vec(), 1.0_f64);
@@ -157,6 +167,19 @@ mod tests {
         let series = auto_regressive(0.98, 200, 5);
         let error = estimate_mean(&series).unwrap().standard_error.unwrap();
         assert!(error > 2.0 * independent_error(&series));
+    }
+
+    #[test]
+    fn the_error_of_a_ratio_is_that_of_what_the_two_do_not_have_in_common() {
+        let common = auto_regressive(0.9, 4096, 1);
+        let noise = auto_regressive(0.0, 4096, 2);
+        let to: Vec<f64> = common.iter().map(|x| 10.0 + 0.1 * x).collect();
+        let of: Vec<f64> = to.iter().zip(&noise).map(|(to, noise)| 3.0 * to + 0.2 * noise).collect();
+        let ratio = estimate_ratio(&of, &to).unwrap();
+        let known = 0.2 / 64.0 / 10.0;
+        assert!((ratio.mean - 3.0).abs() < 3.0 * known, "{ratio:?}");
+        assert!((ratio.standard_error.unwrap() / known - 1.0).abs() < 0.1, "{ratio:?} {known}");
+        assert_eq!(estimate_ratio(&[], &[]), None);
     }
 
     #[test]

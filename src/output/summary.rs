@@ -11,7 +11,9 @@ use std::path::Path;
 pub const NUMBERS: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
     transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
     dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
-    relative_viscosity_standard_error cells_per_diameter diameter viscosity density_ratio archimedes \
+    relative_viscosity_standard_error shear_rate shear_strain shear_reynolds superficial_velocity \
+    superficial_velocity_standard_error drag drag_standard_error drag_over_stokes drag_over_stokes_standard_error \
+    permeability permeability_standard_error cells_per_diameter diameter viscosity density_ratio archimedes \
     galileo stokes_velocity stokes_time schiller_naumann_velocity schiller_naumann_reynolds";
 
 /// The result of a run; its JSON keys are stable.
@@ -34,7 +36,7 @@ pub struct Summary {
     /// Standard error of `settling_velocity_over_stokes` (-), by blocking (Flyvbjerg and Petersen 1989).
     pub standard_error: Option<f64>,
     /// Difference of the means over the second and the first half of the averages, over the mean (-): of the settling velocity, or else of
-    /// the relative viscosity.
+    /// the relative viscosity or the superficial velocity.
     pub drift: Option<f64>,
     /// `t*` at the end of the transient of the settling velocity, if one was found.
     pub transient_end: Option<f64>,
@@ -44,6 +46,8 @@ pub struct Summary {
     pub settled_standard_error: Option<f64>,
     /// Interval of `t*` that the averages are taken over.
     pub averaged_over: Option<[f64; 2]>,
+    /// Interval of time that the averages of a run are taken over (s); none in files of older versions.
+    pub averaged_over_time: Option<[f64; 2]>,
     /// Number of particles.
     pub particles: usize,
     /// Volume of the particles over that of the box (-).
@@ -91,6 +95,29 @@ pub struct Summary {
     pub relative_viscosity: Option<f64>,
     /// Standard error of `relative_viscosity` (-).
     pub relative_viscosity_standard_error: Option<f64>,
+    /// Shear rate between the plates (1/s).
+    pub shear_rate: Option<f64>,
+    /// Shear rate times the time of the run (-).
+    pub shear_strain: Option<f64>,
+    /// Reynolds number of the shear, `shear_rate D^2 / nu` (-).
+    pub shear_reynolds: Option<f64>,
+    /// Mean velocity of the mixture along `driving.body_acceleration` (m/s), over the averages. None unless all bodies are fixed.
+    pub superficial_velocity: Option<f64>,
+    /// Standard error of `superficial_velocity` (m/s).
+    pub superficial_velocity_standard_error: Option<f64>,
+    /// Mean force of the fluid on all fixed bodies along the flow, without buoyancy (N).
+    pub drag: Option<f64>,
+    /// Standard error of `drag` (N).
+    pub drag_standard_error: Option<f64>,
+    /// `drag` over the sum of the Stokes drags `3 pi rho nu D U` of the bodies at the superficial velocity `U` (-). With `force_balance
+    /// = "mixture"` the drag holds the mean pressure gradient on the bodies; with `"fluid_only"` it does not, and is `1 - phi` of it.
+    pub drag_over_stokes: Option<f64>,
+    /// Standard error of `drag_over_stokes` (-).
+    pub drag_over_stokes_standard_error: Option<f64>,
+    /// Permeability by Darcy's law, `nu U / a` with the superficial velocity `U` and the body acceleration `a` (m^2).
+    pub permeability: Option<f64>,
+    /// Standard error of `permeability` (m^2).
+    pub permeability_standard_error: Option<f64>,
     /// Cells per diameter of the first kind of particle (-).
     #[serde(deserialize_with = "or_nan")]
     pub cells_per_diameter: f64,
@@ -217,6 +244,7 @@ mod tests {
             settled_mean: Some(0.31),
             settled_standard_error: Some(0.02),
             averaged_over: Some([50.0, 150.0]),
+            averaged_over_time: Some([0.25, 0.75]),
             particles: 3,
             volume_fraction: 0.2,
             scales: ReferenceScales {
@@ -248,6 +276,17 @@ mod tests {
             mach: Some(0.02),
             relative_viscosity: Some(1.6),
             relative_viscosity_standard_error: Some(0.1),
+            shear_rate: Some(2.0),
+            shear_strain: Some(1.5),
+            shear_reynolds: Some(0.4),
+            superficial_velocity: Some(1e-3),
+            superficial_velocity_standard_error: Some(1e-5),
+            drag: Some(4e-6),
+            drag_standard_error: Some(1e-8),
+            drag_over_stokes: Some(6.2),
+            drag_over_stokes_standard_error: Some(0.1),
+            permeability: Some(1e-8),
+            permeability_standard_error: Some(1e-10),
             cells_per_diameter: 15.0,
             shapes: vec![ShapeSummary {
                 kind: "sphere".into(),

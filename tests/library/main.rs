@@ -7,6 +7,7 @@ mod cases;
 mod determinism;
 mod examples;
 mod falling_sphere;
+mod fixed_bodies;
 #[cfg(feature = "liggghts")]
 mod liggghts;
 mod output;

@@ -270,3 +270,17 @@ picture_every = \"never\"
     close("floor", mean("wall_force_z"), -2.0 * weight, 0.01);
     assert_eq!(last(&series, "hydrodynamic_stress_zz").to_bits(), 0.0_f64.to_bits());
 }
+
+#[test]
+fn the_summary_of_a_sheared_run_has_its_rate_strain_and_reynolds_number() {
+    let (_, summary) = sheared(2.0, "saturated", 100, false);
+    close("rate", summary.shear_rate.unwrap(), RATE, 1e-12);
+    close("strain", summary.shear_strain.unwrap(), RATE * 100.0 * summary.time_step, 1e-12);
+    close(
+        "Reynolds number",
+        summary.shear_reynolds.unwrap(),
+        RATE * DENSITY * DIAMETER * DIAMETER / VISCOSITY,
+        1e-12,
+    );
+    assert_eq!(summary.drag_over_stokes, None, "nothing is fixed");
+}

@@ -6,7 +6,7 @@ use crate::comm::Comm;
 use crate::dem::ContactState;
 use crate::math::{ReproducibleSum, Vec3, join_wide, magnitude, split_wide};
 use crate::output::SeriesRow;
-use crate::output::series::LOADS;
+use crate::output::series::{DRAG, LOADS};
 use crate::output::walls::area;
 use crate::particle::Particle;
 use crate::simulation::{Measurement, Simulation};
@@ -185,7 +185,7 @@ fn of_loads(setup: &Setup, simulation: &Simulation, first: usize, terms: &mut Ve
     if sections.is_empty() {
         return;
     }
-    let mut add = |template: u64, load: usize, values: [[f64; 3]; 2]| {
+    let mut add = |template: u64, load: usize, values: &[[f64; 3]]| {
         if let Ok(index) = sections.binary_search(&setup.sections[template as usize]) {
             put(terms, first + 3 * (LOADS.len() * index + load), values.as_flattened());
         }
@@ -193,10 +193,12 @@ fn of_loads(setup: &Setup, simulation: &Simulation, first: usize, terms: &mut Ve
     for (id, load) in simulation.loads() {
         let at = setup.particles.binary_search_by_key(&id, |particle| particle.id);
         let particle = &setup.particles[at.expect("a particle of the case")];
-        add(particle.template, 0, [load.force.into(), load.torque.into()]);
+        let displaced = setup.fluid_density() * setup.templates[particle.template as usize].shape.volume();
+        add(particle.template, 0, &[load.force.into(), load.torque.into()]);
+        add(particle.template, DRAG, &[(load.force + displaced * setup.gravity).into()]);
     }
     for particle in simulation.particles() {
-        add(particle.template, 2, [particle.contact_force, particle.contact_torque]);
+        add(particle.template, 2, &[particle.contact_force, particle.contact_torque]);
     }
 }
 

@@ -1,10 +1,11 @@
 //! Rows of the time series, the paths of single particles, and what the samples of a run say at its end.
 
+mod flows;
+
 use super::vtk::parsed;
 use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::error::{Error, Result};
-use crate::math::Vec3;
 #[cfg(feature = "pictures")]
 use crate::output::ReferenceScales;
 #[cfg(feature = "pictures")]
@@ -17,7 +18,7 @@ use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
 #[cfg(feature = "pictures")]
 use crate::simulation::{observe::settling_direction, settling_references};
-use crate::wall::{Surface, Wall};
+use flows::{Bed, Plates};
 use serde::{Deserialize, Serialize};
 
 /// Samples over a run without rows, for the averages.
@@ -34,6 +35,7 @@ pub(super) struct Series<'a> {
     open: Option<(SeriesWriter, ParticleSeries)>,
     samples: Samples,
     plates: Option<Plates>,
+    bed: Option<Bed>,
 }
 
 /// Of every sample.
@@ -44,6 +46,9 @@ struct Samples {
     settling: Vec<f64>,
     /// Of the suspension over that of the fluid; nothing without plates.
     viscosity: Vec<f64>,
+    /// Superficial velocity (m/s) and drag (N); nothing without a bed.
+    #[serde(default)]
+    bed: Vec<[f64; 2]>,
     max_mach: f64,
 }
 
@@ -63,6 +68,7 @@ impl<'a> Series<'a> {
             open: None,
             samples: Samples::default(),
             plates: Plates::of(setup),
+            bed: Bed::of(setup),
         }
     }
 
@@ -124,7 +130,7 @@ impl Writer for Series<'_> {
         let Some(row) = output.row else {
             return Ok(());
         };
-        self.samples.add(row, self.plates.as_ref());
+        self.samples.add(row, self.plates.as_ref(), self.bed.as_ref());
         if !self.writes() {
             return Ok(());
         }
@@ -202,13 +208,20 @@ impl Writer for Series<'_> {
         summary.settling_velocity_over_stokes = mean.map(|e| e.mean);
         summary.settling_velocity_over_schiller_naumann = mean.map(|e| e.mean * over_schiller_naumann);
         summary.standard_error = error(mean);
-        summary.drift = mean
-            .and_then(|e| drift(&settling[first..], e.mean))
-            .or_else(|| viscosity.and_then(|e| drift(&samples.viscosity[first..], e.mean)));
+        if let Some(plates) = &self.plates {
+            plates.finish(setup, summary);
+        }
+        let velocities = self.bed.as_ref().map(|bed| bed.finish(samples, first, summary));
+        summary.drift = (mean.and_then(|e| drift(&settling[first..], e.mean)))
+            .or_else(|| viscosity.and_then(|e| drift(&samples.viscosity[first..], e.mean)))
+            .or_else(|| drift(&velocities?, summary.superficial_velocity?));
         summary.transient_end = settled.map(|(end, _)| end);
         summary.settled_mean = settled.map(|(_, e)| e.mean);
         summary.settled_standard_error = error(settled.map(|(_, e)| e));
         summary.averaged_over = averaged_over;
+        let time = |step: &u64| *step as f64 * setup.time_step;
+        let steps = samples.steps.get(first..).unwrap_or(&[]);
+        summary.averaged_over_time = steps.first().zip(steps.last()).map(|(from, to)| [time(from), time(to)]);
         summary.mach = setup.fluid.as_ref().map(|_| samples.max_mach);
         summary.relative_viscosity = viscosity.map(|e| e.mean);
         summary.relative_viscosity_standard_error = error(viscosity);
@@ -224,12 +237,13 @@ impl Writer for Series<'_> {
 }
 
 impl Samples {
-    fn add(&mut self, row: &SeriesRow, plates: Option<&Plates>) {
+    fn add(&mut self, row: &SeriesRow, plates: Option<&Plates>, bed: Option<&Bed>) {
         self.steps.push(row.step);
         self.t_star.push(row.t_star);
         self.settling.push(row.settling_velocity);
         self.max_mach = self.max_mach.max(row.max_mach);
         self.viscosity.extend(plates.map(|plates| plates.relative_viscosity(row)));
+        self.bed.extend(bed.map(|bed| bed.sample(row)));
     }
 }
 
@@ -246,41 +260,4 @@ fn drift(series: &[f64], mean: f64) -> Option<f64> {
     let (early, late) = series.split_at(series.len() / 2);
     let of = |half: &[f64]| half.iter().sum::<f64>() / half.len() as f64;
     (series.len() >= 4 && mean != 0.0).then(|| (of(late) - of(early)) / mean)
-}
-
-/// Two parallel plates that face and pass each other, the only walls of a case.
-struct Plates {
-    /// Direction in which the second one moves as seen from the first.
-    along: Vec3,
-    /// Stress of the fluid alone, viscosity times shear rate (Pa).
-    plain: f64,
-}
-
-impl Plates {
-    /// Those of a case, if its walls are such plates.
-    fn of(setup: &Setup) -> Option<Self> {
-        let [first, second] = &setup.walls[..] else {
-            return None;
-        };
-        let (Surface::Plane { point: a, normal: up }, Surface::Plane { point: b, normal: down }) =
-            (first.surface, second.surface)
-        else {
-            return None;
-        };
-        let turns = |wall: &Wall| wall.motion.angular_velocity != Vec3::zeros();
-        let passes = second.motion.velocity - first.motion.velocity;
-        let along = passes.try_normalize(0.0)?;
-        let gap = (b - a).dot(&up);
-        let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
-        let fluid = setup.fluid.as_ref()?;
-        (parallel && !turns(first) && !turns(second))
-            .then(|| Self { along, plain: fluid.density * fluid.viscosity * passes.norm() / gap })
-    }
-
-    /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out.
-    fn relative_viscosity(&self, row: &SeriesRow) -> f64 {
-        // Of each wall the force of the fluid, then the stress.
-        let stress = |wall: usize| Vec3::from_column_slice(&row.walls[6 * wall + 3..][..3]);
-        0.5 * (stress(0) - stress(1)).dot(&self.along) / self.plain
-    }
 }

@@ -104,6 +104,17 @@ fn headline(summary: &Summary, directory: &Path) -> String {
         let error = plus_minus(summary.relative_viscosity_standard_error);
         lines.push(format!("relative viscosity      {viscosity:.4}{error} (shear stress on both plates over that of the fluid alone)"));
     }
+    if let Some(drag) = summary.drag_over_stokes {
+        let error = plus_minus(summary.drag_over_stokes_standard_error);
+        let with_error = |value: Option<f64>, error: Option<f64>| {
+            let error = error.map_or(String::new(), |error| format!(" +- {error:.1e}"));
+            format!("{:.4e}{error}", value.unwrap_or(f64::NAN))
+        };
+        let velocity = with_error(summary.superficial_velocity, summary.superficial_velocity_standard_error);
+        let permeability = with_error(summary.permeability, summary.permeability_standard_error);
+        lines.push(format!("drag over Stokes drag   {drag:.4}{error} (all fixed bodies, without buoyancy)"));
+        lines.push(format!("superficial velocity    {velocity} m/s, permeability {permeability} m^2"));
+    }
     if let Some(drift) = summary.drift.filter(|drift| drift.abs() > DRIFT_LIMIT) {
         lines.push(format!(
             "not steady              the second half of the averages is {:+.1} % off the first: run longer, or raise \

@@ -123,6 +123,7 @@ fn results(record: &Record) -> String {
     let named = [
         ("settling_velocity_over_stokes", " u_Stokes"),
         ("relative_viscosity", " times the viscosity of the fluid"),
+        ("drag_over_stokes", " times the Stokes drag"),
     ];
     for (name, unit) in named {
         // In a run without gravity the settling velocity is zero.

@@ -66,6 +66,7 @@ fn row(name: &str, summary: Option<&Summary>) -> Vec<(&'static str, String)> {
         ("transient ends at t*", of(|s| known(s.transient_end))),
         ("u / u_Stokes after it", of(|s| with_error(s.settled_mean, s.settled_standard_error))),
         ("relative viscosity", of(|s| with_error(s.relative_viscosity, s.relative_viscosity_standard_error))),
+        ("drag / Stokes drag", of(|s| with_error(s.drag_over_stokes, s.drag_over_stokes_standard_error))),
         ("time", of(|s| duration(s.wall_seconds))),
     ]
 }
@@ -95,6 +96,7 @@ fn tables(section: &mut Section, summary: &Summary) {
     if summary.settling_velocity_over_stokes.is_some() {
         settling(section, summary);
     }
+    resistance(section, summary);
     let scales = &summary.scales;
     // Numbers that are zero or not finite are left out.
     let fluid = |value: f64| if summary.dry { 0.0 } else { value };
@@ -119,10 +121,6 @@ fn tables(section: &mut Section, summary: &Summary) {
     .filter(|(_, value, _)| value.is_finite() && *value != 0.0)
     .map(|(name, value, unit)| vec![name.to_string(), number(value), unit.to_string()])
     .collect();
-    if summary.relative_viscosity.is_some() {
-        let value = with_error(summary.relative_viscosity, summary.relative_viscosity_standard_error);
-        rows.insert(0, vec!["relative viscosity".into(), value, String::new()]);
-    }
     let choices = [
         ("collision", &summary.collision),
         ("coupling", &summary.coupling),
@@ -162,6 +160,36 @@ fn settling(section: &mut Section, summary: &Summary) {
     ];
     let rows = rows.map(|(name, value)| vec![name.to_string(), value]);
     section.table("Settling velocity", &["quantity", "value"], rows.to_vec());
+}
+
+/// Resistance of a flow between plates or through fixed bodies.
+fn resistance(section: &mut Section, summary: &Summary) {
+    let of = summary;
+    let quantities = [
+        ("relative viscosity", of.relative_viscosity, of.relative_viscosity_standard_error, ""),
+        ("shear rate", of.shear_rate, None, "1/s"),
+        ("strain at the end", of.shear_strain, None, ""),
+        ("Reynolds number of the shear, rate D² / nu", of.shear_reynolds, None, ""),
+        ("superficial velocity U", of.superficial_velocity, of.superficial_velocity_standard_error, "m/s"),
+        ("drag on all fixed bodies, without buoyancy", of.drag, of.drag_standard_error, "N"),
+        ("drag over Stokes drag at U", of.drag_over_stokes, of.drag_over_stokes_standard_error, ""),
+        ("permeability", of.permeability, of.permeability_standard_error, "m²"),
+    ];
+    let known = quantities.into_iter().filter(|(_, value, ..)| value.is_some());
+    let mut rows: Vec<Vec<String>> = known
+        .map(|(name, value, error, unit)| vec![name.to_string(), with_error(value, error), unit.to_string()])
+        .collect();
+    if rows.is_empty() {
+        return;
+    }
+    if let Some([from, to]) = summary.averaged_over_time {
+        rows.push(vec!["averaged over t".into(), format!("{} to {}", number(from), number(to)), "s".into()]);
+    }
+    if let Some(drift) = summary.drift.filter(|_| summary.settling_velocity_over_stokes.is_none()) {
+        let change = format!("{:+.1} %", 100.0 * drift);
+        rows.push(vec!["second half against first".into(), change, String::new()]);
+    }
+    section.table("Resistance of the flow", &["quantity", "value", "unit"], rows);
 }
 
 /// The part of the time that each stage takes.

@@ -20,7 +20,10 @@ pub(crate) const RESULT: &str = "result.csv";
 /// Columns of `result.csv` for a run; quantities that it does not have stay empty.
 const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter relaxation_time \
     settling_velocity_over_stokes standard_error drift averaged_from averaged_to settled \
-    contacts_per_particle max_overlap net_flux_over_stokes cells steps mlups wall_seconds";
+    contacts_per_particle max_overlap net_flux_over_stokes cells steps mlups wall_seconds \
+    relative_viscosity relative_viscosity_standard_error shear_rate shear_strain shear_reynolds \
+    superficial_velocity superficial_velocity_standard_error drag drag_standard_error \
+    drag_over_stokes drag_over_stokes_standard_error permeability permeability_standard_error";
 
 /// The same for a benchmark, before the parts of the time of the stages.
 const OF_A_BENCHMARK: &str = "cells particles contacts_per_particle mlups roofline_fraction bandwidth_gb_per_s memory_bytes \

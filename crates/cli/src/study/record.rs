@@ -65,7 +65,7 @@ pub struct Record {
     pub directory: PathBuf,
     /// Version of the program that ran it.
     pub version: String,
-    /// Interval of `t*` of the averages.
+    /// Interval of `t*` of the averages, if something settles.
     pub averaged_over: Option<[f64; 2]>,
     pub quantities: BTreeMap<String, Quantity>,
 }
@@ -123,19 +123,20 @@ impl Record {
     ) -> Result<Self> {
         let mut record = Self::new(directory, &summary["version"], summary);
         record.averaged_over = Option::deserialize(&summary["averaged_over"]).ok().flatten();
-        for (name, error) in [
-            ("settling_velocity_over_stokes", "standard_error"),
-            ("relative_viscosity", "relative_viscosity_standard_error"),
-        ] {
-            if let Some(quantity) = record.quantities.get_mut(name) {
-                quantity.error = summary[error].as_f64();
-            }
+        for (name, quantity) in &mut record.quantities {
+            quantity.error = match name.as_str() {
+                "settling_velocity_over_stokes" => summary["standard_error"].as_f64(),
+                "settled_mean" => summary["settled_standard_error"].as_f64(),
+                name => summary[format!("{name}_standard_error")].as_f64(),
+            };
         }
         for (name, value) in numbers(&summary["scales"]) {
             record.put(name, value);
         }
         let series = SeriesTable::read(&OutputFiles::new(directory).series())?;
-        let averaged = within(&series, record.averaged_over);
+        let by_time =
+            Option::deserialize(&summary["averaged_over_time"]).ok().flatten().map(|over| ("t", over));
+        let averaged = within(&series, by_time.or(record.averaged_over.map(|over| ("t_star", over))));
         for column in &averaged.columns {
             if let Some(mean) = estimate_mean(&column.values) {
                 let quantity = Quantity { value: mean.mean, error: mean.standard_error };
@@ -189,12 +190,12 @@ fn column<'a>(series: &'a SeriesTable, name: &str) -> &'a [f64] {
     series.get(name).unwrap_or_default()
 }
 
-/// The rows in an interval of `t*`; all without one.
-fn within(series: &SeriesTable, interval: Option<[f64; 2]>) -> SeriesTable {
-    let Some([from, to]) = interval else {
+/// The rows in an interval of a column of times; all without one.
+fn within(series: &SeriesTable, interval: Option<(&str, [f64; 2])>) -> SeriesTable {
+    let Some((times, [from, to])) = interval else {
         return series.clone();
     };
-    let times = column(series, "t_star");
+    let times = column(series, times);
     let mut inside = series.clone();
     for column in &mut inside.columns {
         let mut row = 0..;
@@ -257,11 +258,35 @@ mod tests {
     }
 
     #[test]
+    fn numbers_of_a_summary_have_their_standard_errors() {
+        let place = tempfile::tempdir().unwrap();
+        fs::write(OutputFiles::new(place.path()).series(), "t (s),contacts (-)\n0,100\n1,4\n2,6\n").unwrap();
+        let summary = serde_json::json!({
+            "drag_over_stokes": 4.3, "drag_over_stokes_standard_error": 0.02, "permeability": 1e-8,
+            "settling_velocity_over_stokes": 0.2, "standard_error": 0.01, "averaged_over_time": [1.0, 2.0],
+            "particles": 5,
+        });
+        let case = turbid::case::from_text(
+            "domain.size = [4e-3, 4e-3, 4e-3]\nfluid = { density = 1000, viscosity = 1e-5 }\nrun.end.steps = 8\n\
+             lattice = { cells_per_diameter = 4, relaxation_time = 0.6 }\n\
+             particles = [{ shape.sphere.diameter = 1e-3, density = 2000, count = 1 }]",
+            "one",
+            &[],
+        );
+        let record = Record::of_run(place.path(), &summary, &case.unwrap(), &[]).unwrap();
+        let error = |name: &str| record.get(name).unwrap().error;
+        assert_eq!(error("drag_over_stokes"), Some(0.02));
+        assert_eq!(error("settling_velocity_over_stokes"), Some(0.01));
+        assert_eq!(error("permeability"), None);
+        assert_eq!(record.value("contacts_per_particle"), Some(1.0), "without an interval of t*, by time");
+    }
+
+    #[test]
     fn means_are_taken_over_the_rows_of_the_interval_alone() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         fs::write(&path, "t_star (-),contacts (-)\n0,100\n1,4\n2,6\n3,100\n").unwrap();
-        let series = within(&SeriesTable::read(&path).unwrap(), Some([1.0, 2.0]));
+        let series = within(&SeriesTable::read(&path).unwrap(), Some(("t_star", [1.0, 2.0])));
         assert!((mean(&series, "contacts") - 5.0).abs() < 1e-12);
     }
 

@@ -44,13 +44,14 @@ const GROUPS: [(&str, &str, &str, Endings); 11] = [
 const LOGARITHMIC: &str = "kinetic_energy";
 
 /// Vectors of each wall and of each kind of bodies with prescribed motion: the beginning of the names of their columns, and a title.
-const OF_BODIES: [(&str, &str); 6] = [
+const OF_BODIES: [(&str, &str); 7] = [
     ("fluid_force", "Force of the fluid on wall"),
     ("shear_stress", "Shear stress on wall"),
     ("hydrodynamic_force", "Force of the fluid on"),
     ("hydrodynamic_torque", "Torque of the fluid on"),
     ("contact_force", "Contact force on"),
     ("contact_torque", "Contact torque on"),
+    ("drag", "Drag on"),
 ];
 
 type Columns<'a> = Vec<(&'a SeriesColumn, &'a str)>;
