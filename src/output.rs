@@ -38,7 +38,10 @@ pub use points::ParticlePoints;
 pub use polydata::PolyData;
 pub use pvd::Collection;
 pub use series::{SeriesColumn, SeriesRow, SeriesTable, SeriesWriter};
-pub use statistics::{Estimate, Settled, estimate_mean, estimate_ratio, settled};
+pub use statistics::{
+    Estimate, LEAST_DISTANCE, Settled, estimate_mean, estimate_ratio, estimate_settling, settled,
+    settled_suspension,
+};
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;
 pub use vti::{Fields, write_fields, write_fields_index};

@@ -9,7 +9,7 @@ use std::path::Path;
 
 /// Keys of a [`Summary`] and of its [`ReferenceScales`] whose values are numbers or `null`.
 pub const NUMBERS: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
-    transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
+    averaged_over_distance transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
     dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
     relative_viscosity_standard_error shear_rate shear_strain shear_reynolds superficial_velocity \
     superficial_velocity_standard_error drag drag_standard_error drag_over_stokes drag_over_stokes_standard_error \
@@ -33,12 +33,14 @@ pub struct Summary {
     pub settling_velocity_over_stokes: Option<f64>,
     /// Mean settling velocity over that of one particle after Schiller and Naumann (-).
     pub settling_velocity_over_schiller_naumann: Option<f64>,
-    /// Standard error of `settling_velocity_over_stokes` (-), by blocking (Flyvbjerg and Petersen 1989).
+    /// Standard error of `settling_velocity_over_stokes` (-), from its autocorrelation time, which is at least that in which the particles
+    /// settle by 1.5 diameters. `null` if several particles settle by less than 4 diameters: all values are of one arrangement.
     pub standard_error: Option<f64>,
     /// Difference of the means over the second and the first half of the averages, over the mean (-): of the settling velocity, or else of
     /// the relative viscosity or the superficial velocity.
     pub drift: Option<f64>,
-    /// `t*` at the end of the transient of the settling velocity, if one was found.
+    /// `t*` at the end of the transient of the settling velocity, if one was found after which several particles settle by 4 diameters or
+    /// more.
     pub transient_end: Option<f64>,
     /// Mean settling velocity from there to the end over the Stokes velocity (-).
     pub settled_mean: Option<f64>,
@@ -46,6 +48,8 @@ pub struct Summary {
     pub settled_standard_error: Option<f64>,
     /// Interval of `t*` that the averages are taken over.
     pub averaged_over: Option<[f64; 2]>,
+    /// Distance that the particles settle relative to the mixture in that interval, in diameters (-); none for one particle.
+    pub averaged_over_distance: Option<f64>,
     /// Interval of time that the averages of a run are taken over (s); none in files of older versions.
     pub averaged_over_time: Option<[f64; 2]>,
     /// Number of particles.
@@ -244,6 +248,7 @@ mod tests {
             settled_mean: Some(0.31),
             settled_standard_error: Some(0.02),
             averaged_over: Some([50.0, 150.0]),
+            averaged_over_distance: Some(30.0),
             averaged_over_time: Some([0.25, 0.75]),
             particles: 3,
             volume_fraction: 0.2,

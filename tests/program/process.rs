@@ -164,9 +164,9 @@ end = { time = 0.03 }
 ",
     );
     let check = ["crosscheck", "case.toml", "--engine", "python", "--out", "out"];
-    has(&place.well(&check), &["1 of 1 checks passed", "contacts that began"]);
+    has(&place.well(&check), &["3 of 3 checks passed", "contacts that began", "until the first contact"]);
     let said = place.ends(3, &[&check[..], &["--time", "0.01"]].concat());
-    has(&said, &["1 of 2 checks passed", "no contact in either engine"]);
+    has(&said, &["3 of 4 checks passed", "no contact in either engine"]);
 }
 
 #[test]

@@ -176,7 +176,7 @@ fn a_run_writes_everything_it_promises() {
     for key in [
         "settling_velocity_over_stokes",
         "settling_velocity_over_schiller_naumann",
-        "standard_error",
+        "averaged_over_distance",
         "volume_fraction",
         "mlups",
     ] {

@@ -64,6 +64,10 @@ pub fn settling_chart(plot: &SettlingPlot) -> Chart {
         Axis::new("settling velocity  u / u_Stokes (-)", false),
         vec![Series::new("", Style::Measured, points)],
     );
+    let banded = |mark: &Mark| matches!(mark, Mark::Level { error: Some(error), .. } if *error > 0.0);
+    if marks.iter().any(banded) {
+        chart.note = "\u{b1} and bands: standard error of the mean.".to_string();
+    }
     chart.panels[0].marks = marks;
     chart
 }
@@ -105,6 +109,7 @@ mod tests {
             ("after the transient\n0.400", Some([20.0, 100.0])),
         ];
         assert_eq!(levels.collect::<Vec<_>>(), expected);
+        assert!(chart.note.contains("standard error"), "{}", chart.note);
     }
 
     #[test]

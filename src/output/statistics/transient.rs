@@ -15,7 +15,7 @@
 //!
 //! - if the second half has one that is [`BETTER`] times better, or
 //! - if the rest still drifts: if the change along the straight line through it is more than [`DRIFT`] of its mean and more than
-//!   [`SIGMAS`] times the error of that change, `sqrt(12)` times the error of the mean by blocking of what the line leaves.
+//!   [`SIGMAS`] times the error of that change, `sqrt(12)` times the error of the mean of what the line leaves.
 //!
 //! This refuses 2 %, 5 % and 12 % of the stationary series and six of ten drifting ones. No rule can see a change slower than the series.
 //!
@@ -23,7 +23,7 @@
 //! White (1997), doi:10.1177/003754979706900601, for the rule; White, Cobb and Spratt (2000), Proceedings of the Winter
 //! Simulation Conference, 755-760, for blocks of five.
 
-use super::{Estimate, blocking_error, estimate_mean};
+use super::{Estimate, estimate_mean, standard_error};
 
 /// Values in a block.
 const BLOCK: usize = 5;
@@ -106,7 +106,7 @@ fn drifts(series: &[f64], mean: f64) -> bool {
     }
     let left: Vec<f64> =
         (series.iter().enumerate()).map(|(i, x)| x - mean - slope * (i as f64 - middle)).collect();
-    blocking_error(&left).is_none_or(|error| change > SIGMAS * 12.0_f64.sqrt() * error)
+    standard_error(&left, 0.0).is_none_or(|error| change > SIGMAS * 12.0_f64.sqrt() * error)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::output::ReferenceScales;
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
     Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, SeriesRow, SeriesWriter, Summary, directory,
-    estimate_mean, particle_series, series, settled,
+    estimate_mean, estimate_settling, particle_series, series, settled_suspension,
 };
 use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
@@ -70,6 +70,18 @@ impl<'a> Series<'a> {
             plates: Plates::of(setup),
             bed: Bed::of(setup),
         }
+    }
+
+    /// Distance (diameters) by which a suspension has settled relative to the mixture from a sample on to the end; infinite for one
+    /// particle, whose arrangement does not change.
+    fn sunk(&self, first: usize) -> f64 {
+        let free = |particle: &&Particle| !self.setup.motions[particle.template as usize].holds_centre();
+        if self.setup.particles.iter().filter(free).nth(1).is_none() {
+            return f64::INFINITY;
+        }
+        let Samples { t_star, settling, .. } = &self.samples;
+        let rows = t_star.windows(2).zip(settling.windows(2)).skip(first);
+        rows.map(|(t, u)| 0.5 * (u[0] + u[1]) * (t[1] - t[0])).sum::<f64>().abs()
     }
 
     /// True if there are files of the samples.
@@ -196,9 +208,11 @@ impl Writer for Series<'_> {
         let first = (samples.steps).partition_point(|&step| step < setup.plan.average_from_step);
         let (t_star, settling) = (&samples.t_star, &samples.settling);
         let steady = settles_for_ever(setup);
-        let mean = steady.then(|| estimate_mean(&settling[first..])).flatten();
-        let settled = (steady.then(|| settled(settling)).flatten())
-            .map(|settled| (t_star[settled.first], settled.estimate));
+        let sunk = |from: usize| self.sunk(from);
+        let mean = steady.then(|| estimate_settling(&settling[first..], sunk(first))).flatten();
+        let settled =
+            steady.then(|| settled_suspension(settling, |rest| sunk(settling.len() - rest))).flatten();
+        let settled = settled.map(|settled| (t_star[settled.first], settled.estimate));
         let averaged_over = mean.map(|_| [t_star[first], t_star[t_star.len() - 1]]);
         #[cfg(feature = "pictures")]
         self.draw(averaged_over.zip(mean), settled, &summary.scales)?;
@@ -219,6 +233,7 @@ impl Writer for Series<'_> {
         summary.settled_mean = settled.map(|(_, e)| e.mean);
         summary.settled_standard_error = error(settled.map(|(_, e)| e));
         summary.averaged_over = averaged_over;
+        summary.averaged_over_distance = mean.map(|_| sunk(first)).filter(|distance| distance.is_finite());
         let time = |step: &u64| *step as f64 * setup.time_step;
         let steps = samples.steps.get(first..).unwrap_or(&[]);
         summary.averaged_over_time = steps.first().zip(steps.last()).map(|(from, to)| [time(from), time(to)]);

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
 use turbid::error::{Error, Result};
-use turbid::output::{OutputFiles, Summary};
+use turbid::output::{LEAST_DISTANCE, OutputFiles, Summary};
 use turbid::simulation::{self, RunOptions};
 
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
@@ -99,6 +99,13 @@ fn headline(summary: &Summary, directory: &Path) -> String {
         let other = (summary.settling_velocity_over_schiller_naumann)
             .map_or(String::new(), |v| format!(" ({v:.4} of u*)"));
         lines.push(format!("mean settling velocity  {velocity:.4}{error} u_Stokes{other}"));
+        let short = summary.averaged_over_distance.filter(|distance| *distance < LEAST_DISTANCE);
+        lines.extend(short.map(|distance| {
+            format!(
+                "error unknown           the particles settled by {distance:.1} D in the averages, which are of one arrangement: run until \
+                 they settle by {LEAST_DISTANCE} D or more"
+            )
+        }));
     }
     if let Some(viscosity) = summary.relative_viscosity {
         let error = plus_minus(summary.relative_viscosity_standard_error);
@@ -146,11 +153,10 @@ fn headline(summary: &Summary, directory: &Path) -> String {
 fn transient(summary: &Summary) -> Option<String> {
     let [from, _] = summary.averaged_over?;
     let Some((end, mean)) = summary.transient_end.zip(summary.settled_mean) else {
-        return Some(
-            "not settled             no end of the transient was found: run longer, or write more rows of series.csv if it has \
-             fewer than 80 (output.series_every)"
-                .to_string(),
-        );
+        return Some(format!(
+            "not settled             no end of the transient was found after which particles settle by {LEAST_DISTANCE} D: run longer, or \
+                 write more rows of series.csv if it has fewer than 80 (output.series_every)"
+        ));
     };
     let error = plus_minus(summary.settled_standard_error);
     (from < end).then(|| {
@@ -190,6 +196,18 @@ mod tests {
             "{text}"
         );
         assert!(text.contains("state hash              0123") && !text.contains("MLUPS"));
+    }
+
+    #[test]
+    fn averages_of_one_arrangement_are_told() {
+        let at = |distance| Summary {
+            settling_velocity_over_stokes: Some(0.05),
+            averaged_over_distance: distance,
+            ..Summary::default()
+        };
+        let text = |distance| headline(&at(distance), Path::new("out/x"));
+        assert!(text(Some(0.3)).contains("settled by 0.3 D in the averages"), "{}", text(Some(0.3)));
+        assert!(!text(Some(4.1)).contains("one arrangement") && !text(None).contains("one arrangement"));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::checks::{EngineName, Findings, prepare};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use turbid::case::Setup;
 use turbid::comm::Comm;
 use turbid::contact::ContactModel;
 use turbid::dem::DemEngine;
@@ -188,6 +189,17 @@ impl Against {
     pub(super) fn lacks(&self, case: &str) -> Option<&'static str> {
         (self.name.id == "python" && case != "free-flight")
             .then_some("the template has linear springs and no friction, and tests all pairs")
+    }
+
+    /// The reason why its contacts of such a case have other laws whatever it is told, if so.
+    pub(super) fn other_contacts(&self, setup: &Setup) -> Option<&'static str> {
+        let damped = |contact: &ContactModel| contact.pairs.iter().any(|params| params.restitution < 1.0);
+        match self.name.id {
+            "python" => Some("its springs are linear"),
+            "yade" if !setup.walls.is_empty() => Some(SOFT_WALL),
+            "yade" if setup.contact.as_ref().is_some_and(damped) => Some(NO_PULL),
+            _ => None,
+        }
     }
 
     /// Puts the name of the engine into all texts of a case, and judges checks by the difference that is known, where one is.

@@ -2,6 +2,11 @@
 //!
 //! A dry case has its contacts, walls and gravity. Of a case with a fluid the loads are recorded in a four-way run with the
 //! native engine, and replayed through both: so the engines are compared, and not the response of the fluid to their differences.
+//!
+//! What differs under the laws of the case is reported: other laws part with the first impact. The verdict is on the same case with the
+//! laws that both engines have ([`nearby`]).
+
+mod nearby;
 
 use super::pair::{PARTED, Pair, QUANTITIES};
 use super::prelude::*;
@@ -21,8 +26,10 @@ const BYTES: f64 = 112.0;
 
 const COMPLETE: Limit = (0.0, "both engines must come to the end; the text below says why one does not");
 const UNTOUCHED: Limit = (0.0, "one at least: without, the engines are compared in free flight only");
-const LARGEST: Limit =
-    (f64::INFINITY, "reported only: contacts multiply differences, so no theory gives a limit");
+const LARGEST: Limit = (
+    f64::INFINITY,
+    "reported only: over the whole run under the laws of the case, which are those of both engines only in the rows `same laws`",
+);
 
 /// Runs a case for `time` (s), or to its end, in both engines. The
 /// text says where the engines part, and reasons that are known beforehand.
@@ -66,7 +73,9 @@ pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findi
     } else {
         pair.report_begun(&mut findings, "");
     }
-    Ok((against.judge(ID, findings), parting(setup, &pair) + &notes(setup, &pair, against.name.label)))
+    let same = nearby::verdict(setup, steps, recorded.as_ref(), against, &mut findings)?;
+    let text = parting(setup, &pair) + &same + &notes(setup, &pair, against.name.label);
+    Ok((against.judge(ID, findings), text))
 }
 
 /// Steps in `time`, or to the end of the case.

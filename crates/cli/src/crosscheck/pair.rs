@@ -42,6 +42,8 @@ pub(super) struct Pair {
     /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest difference.
     pub(super) parting: [Option<Difference>; 3],
     pub(super) largest: [f64; 3],
+    /// Differences after the last step.
+    pub(super) now: [f64; 3],
     /// Largest speed (m/s) and spin (1/s) so far, in either engine.
     speed: f64,
     spin: f64,
@@ -67,6 +69,7 @@ impl Pair {
             first_contact: [None; 2],
             parting: [None; 3],
             largest: [0.0; 3],
+            now: [0.0; 3],
             speed: 0.0,
             spin: 0.0,
         };
@@ -81,21 +84,29 @@ impl Pair {
 
     /// Advances both under the recorded loads, or without loads, until one fails; calls `after` after every step.
     pub(super) fn run(&mut self, steps: u64, recorded: Option<&Recording>, mut after: impl FnMut(&Self)) {
-        let none = vec![Load::default(); self.particles(0).len()];
         for step in 0..steps {
-            let loads = recorded.map_or(&none[..], |recorded| recorded.loads(step));
-            for engine in 0..2 {
-                match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
-                    Ok(()) => self.steps[engine] += 1,
-                    Err(error) => self.failures.push((engine, error.to_string())),
-                }
-            }
-            if !self.failures.is_empty() {
+            if !self.step(step, recorded) {
                 break;
             }
-            self.observe();
             after(self);
         }
+    }
+
+    /// Advances both by a step; returns false if one has failed.
+    pub(super) fn step(&mut self, step: u64, recorded: Option<&Recording>) -> bool {
+        let none = vec![Load::default(); self.particles(0).len()];
+        let loads = recorded.map_or(&none[..], |recorded| recorded.loads(step));
+        for engine in 0..2 {
+            match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
+                Ok(()) => self.steps[engine] += 1,
+                Err(error) => self.failures.push((engine, error.to_string())),
+            }
+        }
+        let whole = self.failures.is_empty();
+        if whole {
+            self.observe();
+        }
+        whole
     }
 
     /// Updates the differences after a step.
@@ -111,7 +122,7 @@ impl Pair {
                 (a.angular_velocity() - b.angular_velocity()).norm(),
             ];
             for (largest, here) in apart.iter_mut().zip(here) {
-                if here > largest.0 {
+                if here > largest.0 || here.is_nan() {
                     *largest = (here, index);
                 }
             }
@@ -121,9 +132,11 @@ impl Pair {
         (self.speed, self.spin) = (speed, spin);
         for (k, unit) in [1.0, speed, spin].into_iter().enumerate() {
             let (difference, index) = apart[k];
+            self.now[k] = 0.0;
             // Particles at rest in both have no speed to divide by.
-            if difference > 0.0 {
+            if difference > 0.0 || difference.is_nan() {
                 let value = difference / unit;
+                self.now[k] = value;
                 self.largest[k] = self.largest[k].max(value);
                 if value > PARTED && self.parting[k].is_none() {
                     let [a, b] = [0, 1].map(|engine| &self.particles(engine)[index]);

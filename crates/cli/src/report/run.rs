@@ -8,7 +8,7 @@ use super::{film, html};
 use std::path::PathBuf;
 use turbid::error::Result;
 use turbid::output::numbers::{self, duration, with_error};
-use turbid::output::{OutputFiles, SeriesTable, Summary};
+use turbid::output::{LEAST_DISTANCE, OutputFiles, SeriesTable, Summary};
 use turbid_plot::Bars;
 
 /// A run has the title of its case if it is alone, or else, as the runs of a study have one case, that of its directory. Its pictures take
@@ -141,9 +141,18 @@ fn settling(section: &mut Section, summary: &Summary) {
     let dash = || "-".to_string();
     let averaged = summary.averaged_over;
     let end = summary.transient_end.map_or_else(
-        || "not found: run longer, or write more rows of series.csv if it has fewer than 80".into(),
+        || {
+            format!(
+                "not found before the last {LEAST_DISTANCE} D settled: run longer, or write more rows of series.csv if it has fewer than 80"
+            )
+        },
         number,
     );
+    let distance = summary.averaged_over_distance.map_or_else(dash, |distance| {
+        let few =
+            if distance < LEAST_DISTANCE { ", too few for an error: all are of one arrangement" } else { "" };
+        format!("{} D{few}", number(distance))
+    });
     let rows = [
         ("mean over u_Stokes", with_error(summary.settling_velocity_over_stokes, summary.standard_error)),
         ("mean over u*", known(summary.settling_velocity_over_schiller_naumann)),
@@ -151,6 +160,7 @@ fn settling(section: &mut Section, summary: &Summary) {
             "averaged over t*",
             averaged.map_or_else(dash, |[from, to]| format!("{} to {}", number(from), number(to))),
         ),
+        ("settled relative to the mixture meanwhile", distance),
         (
             "second half against first",
             summary.drift.map_or_else(dash, |drift| format!("{:+.1} %", 100.0 * drift)),
@@ -160,6 +170,7 @@ fn settling(section: &mut Section, summary: &Summary) {
     ];
     let rows = rows.map(|(name, value)| vec![name.to_string(), value]);
     section.table("Settling velocity", &["quantity", "value"], rows.to_vec());
+    section.text("Errors are standard errors of the mean, from the autocorrelation time.");
 }
 
 /// Resistance of a flow between plates or through fixed bodies.

@@ -14,6 +14,10 @@ const PARTS: u32 = 60;
 /// Its end over the resolution of the finest grid (-).
 const BEYOND: f64 = 1.5;
 
+/// What bars are.
+const BARS: &str =
+    "Bars: one standard error, of the mean over time, or of repetitions by their scatter where that is more.";
+
 /// Relative difference up to which two lines look the same.
 const ALIKE: f64 = 1e-3;
 
@@ -119,6 +123,9 @@ fn note(note: &str, lines: &[Line]) -> String {
     let mut parts: Vec<String> = Vec::new();
     if !note.is_empty() {
         parts.push(note.to_string());
+    }
+    if lines.iter().flat_map(|line| &line.points).any(|point| point.error.is_some_and(|error| error > 0.0)) {
+        parts.push(BARS.to_string());
     }
     let [points, runs] = [0, 1].map(|k| lines.iter().map(|line| line.missing[k]).sum::<usize>());
     if runs > 0 {

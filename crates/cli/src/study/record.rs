@@ -3,7 +3,7 @@
 //! | quantities | of |
 //! |---|---|
 //! | every number of `summary.json`, those of `scales` by their own names | a run |
-//! | every column of `series.csv`: its mean over the interval of the averages, with its standard error | a run |
+//! | every column of `series.csv`: its mean over the interval of the averages, with its standard error as for the settling velocity | a run |
 //! | `contacts_per_particle`, `max_overlap`, `net_flux_over_stokes` | a run |
 //! | `<window>_velocity`: settling velocity over that of Stokes, mean over a window of time by trapezia, without an error | a run |
 //! | every number of `turbid bench --json`, `contacts_per_particle`, `memory_bytes` | a benchmark |
@@ -19,7 +19,7 @@ use turbid::case::located::Located;
 use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::output::series::COLUMNS;
-use turbid::output::{OutputFiles, SeriesTable, estimate_mean, summary};
+use turbid::output::{OutputFiles, SeriesTable, estimate_settling, summary};
 
 /// Name of the file with the results of a benchmark.
 pub(super) const BENCH_FILE: &str = "bench.json";
@@ -137,8 +137,10 @@ impl Record {
         let by_time =
             Option::deserialize(&summary["averaged_over_time"]).ok().flatten().map(|over| ("t", over));
         let averaged = within(&series, by_time.or(record.averaged_over.map(|over| ("t_star", over))));
+        // What a suspension does depends on its arrangement, as its velocity does.
+        let distance = record.value("averaged_over_distance").unwrap_or(f64::INFINITY);
         for column in &averaged.columns {
-            if let Some(mean) = estimate_mean(&column.values) {
+            if let Some(mean) = estimate_settling(&column.values, distance) {
                 let quantity = Quantity { value: mean.mean, error: mean.standard_error };
                 record.quantities.entry(column.name.clone()).or_insert(quantity);
             }

@@ -314,7 +314,9 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
     let (_place, study) = with_results(figure, |name| (name != "phi0.1_cube_seed2").then_some((0.25, 0.02)));
     let document = study.document().unwrap();
     let figure = &document.figures[0];
-    assert_eq!(figure.chart.note, "1 point is missing: 1 of their runs are not done.");
+    let note = &figure.chart.note;
+    assert!(note.ends_with("1 point is missing: 1 of their runs are not done."), "{note}");
+    assert!(note.starts_with("Bars: one standard error"), "{note}");
     let titles: Vec<&str> = figure.chart.panels.iter().map(|panel| panel.title.as_str()).collect();
     assert_eq!(titles, ["spheres", "cubes"]);
     let references = |panel: usize| figure.chart.panels[panel].series.len() - 1;

@@ -3,7 +3,7 @@
 use super::prelude::*;
 use std::collections::BTreeMap;
 use turbid::coupling::CONTROL_INTERVAL;
-use turbid::output::estimate_mean;
+use turbid::output::estimate_settling;
 
 const TEXT: &str = include_str!("../../../../validation/hindered_settling/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/hindered_settling/reference.csv");
@@ -55,7 +55,8 @@ fn settle(context: &SuiteContext, balance: &str) -> Result<Findings> {
     });
     let course: Vec<[f64; 2]> = course.collect();
     let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
-    let Some(mean) = estimate_mean(&steady) else {
+    let distance = steady.iter().sum::<f64>() * interval;
+    let Some(mean) = estimate_settling(&steady, distance) else {
         return Err(unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
     };
     let table = Table::new(REFERENCE);

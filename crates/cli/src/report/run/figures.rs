@@ -125,7 +125,9 @@ fn settling(section: &mut Section, series: &SeriesTable, summary: Option<&Summar
     let chart =
         settling_chart(&SettlingPlot { case: &section.title, t_star, velocity, mean, settled, references });
     let note = match (steady, settled) {
-        (Some(_), None) => "No end of the transient was found; it takes 80 rows of series.csv at least.",
+        (Some(_), None) => {
+            "No end of the transient was found; it takes 80 rows of series.csv, and 4 diameters that several particles settle."
+        }
         _ => "",
     };
     section.figure("settling_velocity", "Settling velocity", chart.figure(), note);
