@@ -29,6 +29,12 @@ pub fn rooms() -> Vec<Room> {
     [machine, group, own].into_iter().flatten().collect()
 }
 
+/// Memory that this process can still get (bytes), at most; infinite if the system reports nothing.
+pub fn left() -> f64 {
+    let free = kilobytes(&fs::read_to_string("/proc/meminfo").unwrap_or_default(), "MemAvailable:");
+    rooms().iter().map(|room| room.bytes).chain(free).fold(f64::INFINITY, f64::min)
+}
+
 /// A line of `/proc/meminfo` (bytes).
 pub fn kilobytes(meminfo: &str, key: &str) -> Option<f64> {
     let line = meminfo.lines().find(|line| line.starts_with(key))?;

@@ -34,13 +34,14 @@ pub use crate::output::Fields;
 use crate::particle::{ParticleStore, Template};
 use crate::timing::Timings;
 use crate::units::Units;
+use crate::wall::Wall;
 pub use bench::{
     BenchOptions, BenchReport, Costs, KernelReport, Network, RankReport, Rate, Spread, bench,
     bench_conditions, calibrate,
 };
 use checkpointer::Requests;
 use engine::Context;
-use entrances::ExternalLoad;
+use entrances::{ExternalLoad, refuse_endless};
 pub use identity::identity;
 pub use measure::Measurement;
 pub use observe::instruction_set;
@@ -101,18 +102,23 @@ pub struct Simulation {
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
-    /// Number of walls.
-    walls: usize,
+    walls: Vec<Wall>,
     /// Causes and remedies of a divergence of this case, for its message.
     hint: String,
     /// A failure of this rank that the others do not know of yet.
     failure: Option<Error>,
+    /// The failures of all ranks, once they have agreed on one: no step follows it.
+    agreed: Option<Vec<Vec<u8>>>,
     /// Requests to this rank; after a control step, and only then, to any.
     requests: Requests,
     block: Block,
     /// Step of the last checkpoint that was written or read.
     checkpoint: Option<u64>,
     external: Option<ExternalLoad>,
+    /// True if the caller moves the particles.
+    caller_moves: bool,
+    /// True if there are contacts.
+    contacts: bool,
     templates: Arc<[Template]>,
     domain: Domain,
 }
@@ -235,21 +241,25 @@ impl Simulation {
             comm: Rc::new(comm),
             timings: Timings::default(),
             step: 0,
-            walls: setup.walls.len(),
+            walls: setup.walls.clone(),
             hint: failure::hint(setup),
             failure: None,
+            agreed: None,
             requests: Requests::default(),
             block,
             checkpoint: None,
             external: None,
+            caller_moves: false,
+            contacts: setup.contact.is_some(),
             templates: setup.templates.clone(),
             domain: setup.domain,
         })
     }
 
     /// Advances fluid and particles by one time step. Errors: [`Error::Diverged`] or [`Error::Engine`] on every rank, at most
-    /// [`CONTROL_INTERVAL`] steps after it happened on one. Collective.
+    /// [`CONTROL_INTERVAL`] steps after it happened on one, and from then on in every step. Collective.
     pub fn step(&mut self) -> Result<()> {
+        self.known_failure()?;
         let Self { comm, units, system, dem, timings: t, failure, external, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
@@ -295,9 +305,12 @@ impl Simulation {
         }
     }
 
-    /// Advances by `count` time steps; errors as [`step`](Self::step). Collective.
+    /// Advances by `count` time steps; errors as [`step`](Self::step), those of the particles and the engine not after the last of
+    /// these steps. Collective.
     pub fn advance(&mut self, count: u64) -> Result<()> {
-        (0..count).try_for_each(|_| self.step())
+        refuse_endless(count as f64, self.units.dt)?;
+        (0..count).try_for_each(|_| self.step())?;
+        self.share_failure()
     }
 
     /// True if this rank has failed, with the requests to it.
@@ -343,6 +356,7 @@ impl Simulation {
     /// Looks for a failure since the last control, also in the fluid as it is now, and agrees on it. Errors:
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank. Collective.
     pub fn check(&mut self) -> Result<()> {
+        self.known_failure()?;
         let particles = self.dem.particles();
         let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
@@ -357,13 +371,21 @@ impl Simulation {
 
     /// Agrees on a failure since the last control, with the errors of [`check`](Self::check). Collective.
     fn share_failure(&mut self) -> Result<()> {
+        self.known_failure()?;
         if self.comm.any(self.failure.is_some()) { Err(self.agree_on_failure()) } else { Ok(()) }
     }
 
     /// The first failure of all ranks; the same on every rank. Collective.
     fn agree_on_failure(&mut self) -> Error {
         let mine = self.failure.take().map_or_else(Vec::new, |error| failure::to_bytes(error, self.step));
-        failure::first(&self.comm.all_gather(mine), self.dem.name(), &self.hint)
+        let all = self.agreed.insert(self.comm.all_gather(mine));
+        failure::first(all, self.dem.name(), &self.hint)
+    }
+
+    /// The failure on which all ranks have agreed, if they have.
+    fn known_failure(&self) -> Result<()> {
+        let known = self.agreed.as_ref().map(|all| failure::first(all, self.dem.name(), &self.hint));
+        known.map_or(Ok(()), Err)
     }
 
     /// Steps done.

@@ -43,7 +43,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("mesh", "shape math input"),
     ("engine", "liggghts process error"),
     ("liggghts", "process dem contact wall math"),
-    ("process", "dem contact particle shape wall domain comm math error"),
+    ("process", "dem contact particle shape wall domain comm math memory error"),
     ("packing", "contact wall domain math input"),
     ("checkpoint", "domain comm input memory error"),
     ("coupling", "fluid dem particle shape wall lattice domain comm device units math error"),

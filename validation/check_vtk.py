@@ -107,7 +107,7 @@ def read_series(directory):
         rows = list(csv.reader(file))
     names = [name.split(" (")[0] for name in rows[0]]
     check(all(len(row) == len(names) for row in rows), path, "rows of different length")
-    return {int(row[0]): dict(zip(names, map(float, row))) for row in rows[1:] if len(row) == len(names)}
+    return {int(row[0]): dict(zip(names, (float(cell or "nan") for cell in row))) for row in rows[1:] if len(row) == len(names)}
 
 
 def check_fields(path, series):

@@ -33,6 +33,8 @@ use crate::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
+#[cfg(target_os = "linux")]
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 
 /// Names of all files of a run.
@@ -409,19 +411,27 @@ pub fn remove(path: &Path) -> Result<()> {
     }
 }
 
-/// Writes a file and removes it again. As the directory is locked, one of the same name is a left-over.
+/// Writes a file without a name, of which nothing can be left.
 fn probe(directory: &Path) -> io::Result<()> {
-    let path = directory.join(format!(".turbid-probe-{}", std::process::id()));
-    if let Err(error) = fs::remove_file(&path)
-        && error.kind() != io::ErrorKind::NotFound
-    {
-        return Err(error);
+    let mut file = nameless(directory)?;
+    file.write_all(b"probe")?;
+    file.sync_all()
+}
+
+/// A new file without a name.
+fn nameless(directory: &Path) -> io::Result<fs::File> {
+    #[cfg(target_os = "linux")]
+    match fs::File::options().write(true).custom_flags(libc::O_TMPFILE).open(directory) {
+        // Not every file system has such files.
+        Err(error)
+            if matches!(error.raw_os_error(), Some(libc::EOPNOTSUPP | libc::EISDIR | libc::ENOENT)) => {}
+        outcome => return outcome,
     }
-    let written = fs::File::create_new(&path).and_then(|mut file| {
-        file.write_all(b"probe")?;
-        file.sync_all()
-    });
-    written.and(fs::remove_file(&path))
+    let path = directory.join(".turbid-probe");
+    // As the directory is locked, one of the same name is a left-over.
+    remove(&path).map_err(io::Error::other)?;
+    let file = fs::File::create_new(&path)?;
+    fs::remove_file(&path).map(|()| file)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::input;
 use crate::wall::Wall;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::fs::File;
 use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -87,7 +87,10 @@ pub const DEFINITIONS: [(&str, &str); 26] = [
         "Momentum of fluid and particles, `rho V net_flux + sum (m - rho V_p) v`; before the first step that of the flow at the start, \
          and `sum m v` less what of the flow the particles displace.",
     ),
-    ("wall_force", "Force of the particles on all walls, by contacts."),
+    (
+        "wall_force",
+        "Force of the particles on all walls, by contacts. Empty, as are all stresses by contacts, if the engine does not tell its contacts.",
+    ),
     (
         "gravitational_energy",
         "Energy of the weight less buoyancy of the particles, `-sum (m - rho V_p) g . x` over directions that are not periodic, from the origin.",
@@ -194,20 +197,29 @@ pub struct SeriesRow {
     pub kinetic_energy_rotation: f64,
     /// Momentum of fluid and particles (kg m/s).
     pub momentum: [f64; 3],
-    /// Force of the particles on all walls, by contacts (N).
+    /// Force of the particles on all walls, by contacts (N); NaN, as are all stresses by contacts, if the engine does not tell its
+    /// contacts, and then an empty cell.
+    #[serde(serialize_with = "known")]
     pub wall_force: [f64; 3],
     /// Gravitational energy of the particles (J).
     pub gravitational_energy: f64,
     /// Largest Mach number of the fluid (-).
     pub max_mach: f64,
     /// Stress of the particles by contacts (Pa): `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
+    #[serde(serialize_with = "known")]
     pub contact_stress: [f64; 6],
     /// Stress of the particles by the fluid (Pa).
     pub hydrodynamic_stress: [f64; 6],
     /// Values of the columns that [`wall_columns`] names.
+    #[serde(serialize_with = "known")]
     pub walls: Vec<f64>,
     /// Values of the columns that [`load_columns`] names.
     pub prescribed: Vec<f64>,
+}
+
+/// Numbers of a row, with empty cells for NaN.
+fn known<S: Serializer>(values: &impl AsRef<[f64]>, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_seq(values.as_ref().iter().map(|x| (!x.is_nan()).then_some(x)))
 }
 
 /// Writes a table that grows on disk, as `series.csv`.
@@ -308,7 +320,7 @@ pub struct SeriesColumn {
     pub name: String,
     /// Unit, in parentheses behind the name; `-` for none.
     pub unit: String,
-    /// A number for each row.
+    /// A number for each row; NaN for an empty cell.
     pub values: Vec<f64>,
 }
 
@@ -327,7 +339,10 @@ impl SeriesTable {
         let records = reader.records().collect::<std::result::Result<Vec<_>, _>>();
         let records = records.map_err(broken)?;
         for (row, record) in records.iter().enumerate() {
-            let numbers: Option<Vec<f64>> = record.iter().map(|word| word.parse().ok()).collect();
+            let torn = row + 1 == records.len() && !bytes.ends_with(b"\n");
+            let number =
+                |word: &str| if word.is_empty() && !torn { Some(f64::NAN) } else { word.parse().ok() };
+            let numbers: Option<Vec<f64>> = record.iter().map(number).collect();
             match numbers.filter(|numbers| numbers.len() == columns.len()) {
                 Some(numbers) => {
                     for (column, number) in columns.iter_mut().zip(numbers) {
@@ -356,7 +371,8 @@ fn column(head: &str) -> SeriesColumn {
 
 fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[SeriesColumn]) -> Error {
     let line = record.position().map_or(0, csv::Position::line);
-    let wrong = record.iter().zip(columns).find(|(word, _)| word.parse::<f64>().is_err());
+    let is_wrong = |word: &str| !word.is_empty() && word.parse::<f64>().is_err();
+    let wrong = record.iter().zip(columns).find(|(word, _)| is_wrong(word));
     let what = match wrong {
         Some((word, column)) => format!("`{word}` in column `{}` is not a number", column.name),
         None => format!("{} values under {} heads", record.len(), columns.len()),
@@ -478,6 +494,27 @@ mod tests {
         assert_eq!(units, ["-", "m/s", "-"]);
         assert_eq!(series.get("v").unwrap(), [1.5, -2e-3]);
         assert_eq!(series.get("w"), None);
+    }
+
+    #[test]
+    fn what_is_not_known_is_an_empty_cell_and_is_read_as_nan() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("series.csv");
+        let row = SeriesRow {
+            wall_force: [f64::NAN; 3],
+            contact_stress: [f64::NAN; 6],
+            max_mach: 0.25,
+            ..SeriesRow::default()
+        };
+        SeriesWriter::create(&path, &[], &[]).unwrap().write(&[row]).unwrap();
+        assert!(
+            std::fs::read_to_string(&path).unwrap().ends_with(",,,,0.0,0.25,,,,,,,0.0,0.0,0.0,0.0,0.0,0.0\n")
+        );
+        let read = SeriesTable::read(&path).unwrap();
+        let value = |name| read.get(name).unwrap()[0];
+        assert!(value("wall_force_x").is_nan() && value("contact_stress_yz").is_nan());
+        assert_eq!(value("max_mach").to_bits(), 0.25_f64.to_bits());
+        assert!(super::tests::read("a,b\n1,2\n3,").unwrap().get("a").unwrap() == [1.0], "torn");
     }
 
     #[test]

@@ -15,9 +15,13 @@ use crate::engine::{LiggghtsOptions, LiggghtsProcess};
 #[cfg(feature = "liggghts")]
 use crate::error::Error;
 use crate::error::Result;
+use crate::memory;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+/// Copies of what an engine has saved while a checkpoint is written.
+const SAVED_COPIES: f64 = 4.0;
 
 /// Data of the run for an external engine.
 #[derive(Clone, Debug, Default)]
@@ -68,6 +72,7 @@ pub(super) fn engine(
                 gravity: setup.gravity,
                 substeps: setup.substeps,
                 resumes: context.resumes,
+                memory: (memory::left() / SAVED_COPIES) as u64,
                 ..options.params(context.log.clone(), Arc::clone(&context.stop))
             };
             Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))

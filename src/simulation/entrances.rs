@@ -7,8 +7,27 @@ use crate::comm::Comm;
 use crate::dem::states::{self, Limits};
 use crate::dem::{Ballistic, Load};
 use crate::domain::{Block, Decomposition};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::particle::Particle;
+
+/// Largest number of steps, as of a case.
+const MOST_STEPS: f64 = 1e15;
+
+/// Refuses more steps than any case has, and NaN.
+pub(super) fn refuse_endless(steps: f64, time_step: f64) -> Result<()> {
+    if steps.abs() <= MOST_STEPS {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "{steps:e} steps are asked for, but at most {MOST_STEPS:e} steps of {time_step:.3e} s are possible"
+    )))
+}
+
+/// The step nearest to a time (s), the earlier one of two. Errors: [`Error::Input`] if it is further than any case goes.
+pub(super) fn nearest_step(time: f64, time_step: f64) -> Result<u64> {
+    let steps = (time / time_step - 0.5).ceil();
+    refuse_endless(steps, time_step).map(|()| steps.max(0.0) as u64)
+}
 
 /// Loads of the caller on a particle at a time (s).
 pub(super) type ExternalLoad = Box<dyn FnMut(f64, &Particle) -> Load>;
@@ -46,7 +65,8 @@ impl Simulation {
     pub fn caller_driven(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
         let templates = setup.templates.clone();
         let engine = Ballistic::new(decomposition.clone(), comm.rank(), templates, &setup.particles);
-        Self::with_engine(setup, decomposition, comm, Box::new(engine))
+        let simulation = Self::with_engine(setup, decomposition, comm, Box::new(engine))?;
+        Ok(Self { caller_moves: true, ..simulation })
     }
 
     /// Calls `body` on every rank with its part of the case, at rest, and returns the result of rank 0. Ranks are threads, as many
@@ -74,8 +94,8 @@ impl Simulation {
         run::on_ranks(&decomposition, |comm| body(Self::new(setup, &decomposition, comm)?))
     }
 
-    /// Advances by whole steps to the one nearest to a time (s), and [checks](Self::check); errors as [`step`](Self::step).
-    /// Collective.
+    /// Advances by whole steps to the one nearest to a time (s), and [checks](Self::check); errors as [`step`](Self::step), and
+    /// [`Error::Input`](crate::Error::Input) for a time that no run reaches. Collective.
     ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
@@ -84,9 +104,8 @@ impl Simulation {
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn run_until(&mut self, time: f64) -> Result<()> {
-        while self.time() + 0.5 * self.units.dt < time {
-            self.step()?;
-        }
+        let last = nearest_step(time, self.units.dt)?;
+        self.advance(last.saturating_sub(self.step))?;
         self.check()
     }
 
@@ -108,7 +127,8 @@ impl Simulation {
 
     /// Sets position (m), orientation, velocity (m/s) and angular velocity (1/s) of all particles to those of `states`, which are
     /// ascending by id and the same on every rank; what else they hold is not read. Positions are wrapped; what does not change keeps
-    /// every bit. The fluid meets the new states in the next step. Collective.
+    /// every bit. The fluid meets the new states in the next step. After the first step, particles that the caller moves may be a cell
+    /// away from where they were before the last one. Collective.
     ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
@@ -121,11 +141,20 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) on every rank if `states` are not those of all particles, or impossible;
+    /// [`Error::Input`](crate::Error::Input) on every rank if `states` are not those of all particles, or impossible: not finite, too
+    /// fast, too far away, or deeper in another body or a wall than a quarter of the thickness;
     /// [`Error::Unsupported`](crate::Error::Unsupported) from an engine of which no states can be set.
     pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
         let saved = self.comm.agree(self.dem.save())?;
-        let limits = Limits { templates: &self.templates, domain: self.domain, time_step: self.units.dt };
+        let limits = Limits {
+            templates: &self.templates,
+            domain: self.domain,
+            time_step: self.units.dt,
+            walls: &self.walls,
+            time: self.time(),
+            solid: self.contacts || self.caller_moves,
+            continuous: self.caller_moves && self.step > 0,
+        };
         let parts = states::replace(self.dem.name(), &self.comm.all_gather(saved), states, &limits)?;
         self.dem.restore(&self.comm, &parts)
     }
@@ -165,7 +194,8 @@ impl Simulation {
     }
 
     /// Adds a load of the caller's to that of the fluid, from now on in every step on every particle that this rank owns: a
-    /// function of the time at the start of the step (s) and the particle. It is no part of a checkpoint.
+    /// function of the time at the start of the step (s) and the particle. It is no part of a checkpoint, and particles that the
+    /// [caller moves](Self::caller_driven) do not feel it.
     ///
     /// ```
     /// # use turbid::{Builder, dem::Load, math::Vec3};

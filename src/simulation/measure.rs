@@ -79,7 +79,7 @@ impl Simulation {
     /// of the fluid at rest, which the lattice does not hold. Zeros without a fluid. Collective.
     pub fn wall_loads(&self) -> Vec<Load> {
         let Some(system) = &self.system else {
-            return vec![Load::default(); self.walls];
+            return vec![Load::default(); self.walls.len()];
         };
         let mut words: Vec<i64> = system
             .fluid

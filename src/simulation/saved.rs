@@ -77,7 +77,7 @@ impl Simulation {
             outcome = outcome.and(read).and(known).and(measured);
         }
         self.step = step;
-        self.failure = None;
+        (self.failure, self.agreed) = (None, None);
         outcome
     }
 }

@@ -1,5 +1,6 @@
 //! A simulation that other threads call: what bindings to other languages, and windows, are built on.
 
+use super::entrances::nearest_step;
 use super::observe::{all_fields, all_loads, all_particles};
 use super::run::{all_good, decompose};
 use super::{Fields, Simulation};
@@ -18,7 +19,7 @@ use std::thread::{Builder, JoinHandle};
 type Job = Arc<dyn Fn(&mut Simulation) + Send + Sync>;
 
 /// A [`Simulation`] on threads of its own, one per rank, which any other thread may call. Lists are of all ranks, particles
-/// ascending by id.
+/// ascending by id. Once a step has failed, every later one returns the same error; what has been reached can still be read.
 ///
 /// ```
 /// use turbid::{Builder, simulation::Session};
@@ -34,6 +35,8 @@ pub struct Session {
     cut: Arc<Decomposition>,
     ranks: Mutex<Vec<Sender<Job>>>,
     thread: Mutex<Option<JoinHandle<Result<()>>>>,
+    /// The process that has these threads.
+    process: u32,
 }
 
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -81,7 +84,7 @@ impl Session {
         let thread = Builder::new().name("turbid".into()).spawn(start);
         let refused = |error| Error::Input(format!("cannot start a thread: {error}"));
         let thread = Mutex::new(Some(thread.map_err(refused)?));
-        let session = Self { setup, cut, ranks: Mutex::new(ranks), thread };
+        let session = Self { setup, cut, ranks: Mutex::new(ranks), thread, process: std::process::id() };
         session.on_ranks(|_| Ok(()))?;
         Ok(session)
     }
@@ -91,10 +94,26 @@ impl Session {
         &self.setup
     }
 
+    /// Checks that this process has the threads of the session.
+    ///
+    /// # Errors
+    /// [`Error::Input`] in a process that was forked after the session was made: threads do not survive a fork.
+    pub fn check_process(&self) -> Result<()> {
+        let (opened, here) = (self.process, std::process::id());
+        if opened == here {
+            return Ok(());
+        }
+        Err(Error::Input(format!(
+            "the threads of this simulation are in process {opened}, of which process {here} is a fork; open the simulation in the \
+             process that steps it"
+        )))
+    }
+
     /// Calls `body` on every rank and returns the results by rank. Calls from several threads follow each other.
     ///
     /// # Errors
-    /// The first error of `body` that names a cause; [`Error::Input`] after a panic.
+    /// The first error of `body` that names a cause; [`Error::Input`] after a panic; those of
+    /// [`check_process`](Self::check_process).
     ///
     /// # Panics
     /// If `body` panics on a rank. All ranks have ended then.
@@ -102,6 +121,8 @@ impl Session {
         &self,
         body: impl Fn(&mut Simulation) -> Result<R> + Send + Sync + 'static,
     ) -> Result<Vec<R>> {
+        // First: in a forked process the lock may be that of a thread that is not there.
+        self.check_process()?;
         let mut ranks = lock(&self.ranks);
         let (tell, told) = channel();
         let job: Job = Arc::new(move |simulation| {
@@ -138,7 +159,7 @@ impl Session {
         Ok(self.on_ranks(body)?.swap_remove(0))
     }
 
-    /// Advances by `count` time steps; errors as [`Simulation::step`].
+    /// Advances by `count` time steps; errors as [`Simulation::advance`].
     pub fn advance(&self, count: u64) -> Result<()> {
         self.on_root(move |simulation| simulation.advance(count))
     }
@@ -146,6 +167,14 @@ impl Session {
     /// Advances to a time (s); errors as [`Simulation::run_until`].
     pub fn run_until(&self, time: f64) -> Result<()> {
         self.on_root(move |simulation| simulation.run_until(time))
+    }
+
+    /// The step nearest to a time (s).
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a time that no run reaches.
+    pub fn nearest_step(&self, time: f64) -> Result<u64> {
+        nearest_step(time, self.setup.time_step)
     }
 
     /// Looks for a failure since the last control; errors as [`Simulation::check`].
@@ -180,7 +209,7 @@ impl Session {
     /// Loads of the caller's on all particles, from now on in every step; see [`Simulation::set_external_load`].
     ///
     /// # Errors
-    /// [`Error::Input`] if these are not finite, or not as many as there are particles.
+    /// [`Error::Input`] if these are not finite, or not as many as there are particles, or if the caller moves the particles.
     pub fn set_external_loads(&self, loads: Vec<Load>) -> Result<()> {
         let count = self.setup.particles.len();
         if loads.len() != count {
@@ -191,6 +220,11 @@ impl Session {
         }
         let (setup, loads) = (self.setup.clone(), Arc::new(loads));
         self.on_root(move |simulation| {
+            if simulation.caller_moves {
+                return Err(Error::Input(
+                    "the caller moves the particles, so no load of the caller's acts on them".into(),
+                ));
+            }
             let (setup, loads) = (setup.clone(), loads.clone());
             simulation.set_external_load(move |_, particle| {
                 let at = setup.particles.binary_search_by_key(&particle.id, |other| other.id);
@@ -215,6 +249,12 @@ impl Session {
 
 impl Drop for Session {
     fn drop(&mut self) {
+        if self.check_process().is_err() {
+            // The other end of the channels, and the thread, are in another process.
+            self.ranks.get_mut().map(std::mem::take).map(std::mem::forget).ok();
+            self.thread.get_mut().map(Option::take).map(std::mem::forget).ok();
+            return;
+        }
         lock(&self.ranks).clear();
         if let Some(thread) = lock(&self.thread).take() {
             // A panic has been told to whoever called.

@@ -111,9 +111,55 @@ fn impossible_states_are_refused_with_the_reason_and_change_nothing_on_2_ranks()
     refused(&|all| all[1].velocity[0] = f64::NAN, "the velocity of particle 1 is not finite");
     refused(&|all| all[1].orientation = [0.0; 4], "the orientation of particle 1 has the length 0");
     refused(&|all| all[1].velocity[0] = 1e3, "particle 1 would move by");
+    refused(&|all| all[1].angular_velocity[0] = 1e300, "particle 1 would turn by");
+    refused(&|all| all[1].position[0] = 1e300, "particle 1 is 1e300 m away");
+    refused(&|all| all[1].position = all[0].position, "particle 1 is 12.000 cells from where it was");
+    refused(&|all| all[1].position[0] += 3e-4, "particle 1 is 1.200 cells from where it was");
     assert_eq!(session.particles().unwrap(), before);
     let count = session.set_external_loads(Vec::new()).unwrap_err();
     assert_eq!(count.to_string(), "there are 3 particles, but 0 loads");
+}
+
+#[test]
+fn bodies_are_placed_freely_before_the_first_step_but_not_in_each_other_or_in_walls() {
+    for session in [Session::caller_driven(setup(1)), Session::new(setup(1))] {
+        let session = session.unwrap();
+        let start = session.particles().unwrap();
+        let set = |position: [f64; 3]| {
+            let mut states = start.clone();
+            states[1].position = position;
+            session.set_particles(states).map_err(|error| error.to_string())
+        };
+        // Half a radius is a quarter of the thickness.
+        set([2e-3, 2e-3, 5.24e-3]).unwrap();
+        let said = set([2e-3, 2e-3 + 6e-3, 5.26e-3]).unwrap_err();
+        assert!(said.contains("particle 0 would overlap particle 1 by 2.600e-4 m"), "{said}");
+        set([1e-3, 5e-3, 0.26e-3]).unwrap();
+        let said = set([1e-3, 5e-3, 0.24e-3]).unwrap_err();
+        assert!(said.contains("particle 1 would overlap the wall `z-` by 2.600e-4 m"), "{said}");
+    }
+}
+
+#[test]
+fn a_session_that_has_failed_returns_its_first_error_for_ever_on_2_ranks() {
+    let session = Session::new(setup(2)).unwrap();
+    session.advance(1).unwrap();
+    let pull = Load { force: Vec3::new(1.0, 0.0, 0.0), torque: Vec3::zeros() };
+    session.set_external_loads(vec![pull; 3]).unwrap();
+    let first = session.advance(1).unwrap_err().to_string();
+    assert!(first.starts_with("diverged at step 1: particle"), "{first}");
+    session.set_external_loads(vec![Load::default(); 3]).unwrap();
+    for later in [session.advance(1), session.advance(20), session.run_until(1.0), session.check()] {
+        assert_eq!(later.unwrap_err().to_string(), first);
+    }
+    assert_eq!((session.steps_done().unwrap(), session.particles().unwrap().len()), (2, 3));
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().to_owned();
+    let saves = move |simulation: &mut turbid::Simulation| {
+        let setup = setup(2);
+        simulation.write_checkpoint(&at, &setup, b"")
+    };
+    assert_eq!(session.on_ranks(saves).unwrap_err().to_string(), first, "a checkpoint");
 }
 
 #[test]

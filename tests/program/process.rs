@@ -5,6 +5,7 @@ use crate::common::{Place, column, has, in_tree};
 use std::fs;
 use std::io::Read;
 use std::time::Duration;
+use turbid::output::SeriesTable;
 
 /// A folder with the engine in Python and its case, which has this many steps.
 fn place(steps: u64) -> Place {
@@ -196,9 +197,25 @@ fn a_message_that_breaks_the_protocol_is_an_error_that_names_the_program_the_mes
         ("ADVANCE: lambda: states(put(0, 77))", 3, &["field `id`", "no particle 77"]),
         ("ADVANCE: lambda: states(put(8, math.nan))", 3, &["field `velocity` of particle 3", "NaN"]),
         ("ADVANCE: lambda: states(put(1, math.inf))", 3, &["field `position` of particle 3", "inf"]),
+        (
+            "ADVANCE: lambda: states(put(14, 1e300))",
+            3,
+            &["field `contact_force`", "particle 3", "is more than"],
+        ),
+        ("ADVANCE: lambda: states(put(18, 1e300))", 3, &["`contact_torque` of particle 3", "is more than"]),
         ("ADVANCE: lambda: sys.exit(5)", 3, &["exit code 5"]),
         ("ADVANCE: lambda: 1 / 0", 3, &["exit code 1", "ZeroDivisionError", "process.log"]),
         ("SAVE: lambda: 1 / 0", 3, &["exit code 1"]),
+        (
+            "SAVE: lambda: (sys.stdout.buffer.write(struct.pack('<IIQ', SAVED, 0, 1 << 39)), sys.stdout.buffer.flush())",
+            3,
+            &["message `saved`", "field `length` is 549755813888, above the "],
+        ),
+        (
+            "LIST: lambda: send(CONTACTS, struct.pack('<QQ3d', 1, 2, 0, -1e300, 0))",
+            3,
+            &["message `contacts`", "field `force` of record 0: 1e300 is more than"],
+        ),
         (
             "LIST: lambda: send(CONTACTS, struct.pack('<QQ3d', 3, 2, 0, 0, 0))",
             3,
@@ -211,6 +228,80 @@ fn a_message_that_breaks_the_protocol_is_an_error_that_names_the_program_the_mes
         let set = [format!("output.checkpoint_every={every}"), format!("output.contacts_every={every}")];
         let said = place.ends(code, &[&RUN[..], &["--set", &set[0], "--set", &set[1]]].concat());
         has(&said, &[expected, &["python3 spheres.py"]].concat());
+    }
+}
+
+#[test]
+fn a_particle_that_an_engine_makes_too_fast_for_the_fluid_ends_the_run() {
+    for (at, value, words) in [(9, "10", "particle 3 would move by"), (12, "1e9", "particle 3 would turn by")]
+    {
+        let place = answering(&format!("ADVANCE: lambda: states(put({at}, {value}))"));
+        has(&place.ends(3, &RUN), &["diverged at step 0", words]);
+    }
+}
+
+#[test]
+fn of_several_errors_of_an_engine_the_first_is_told() {
+    let place = answering("LIST: lambda: send(ERROR, words.pop(0))");
+    let text = place.text("spheres.py");
+    let words = "words = [b'the first', b'the second', b'the third', b'the fourth']";
+    place.write("spheres.py", text.replace("answers = {", &format!("{words}\nanswers = {{")));
+    let said = place.ends(3, &[&RUN[..], &["--set", "output.contacts_every={ steps = 1 }"]].concat());
+    has(&said, &["the first"]);
+    assert!(!said.contains("the second"), "{said}");
+}
+
+/// Changes to a fluid between two plates that pass each other.
+const SHEARED: [&str; 4] = [
+    "--set",
+    "domain.periodic=[true, true, false]",
+    "--set",
+    r#"domain.faces={ "z-" = { velocity = [0.0, 0.0, 0.0] }, "z+" = { velocity = [1e-3, 0.0, 0.0] } }"#,
+];
+
+#[test]
+fn what_only_contacts_give_is_empty_if_an_engine_does_not_tell_them() {
+    let table = |contacts: &str| {
+        let place = answering(&format!("HELLO: lambda: greet(contacts={contacts})"));
+        place.well(&[&RUN[..], &SHEARED].concat());
+        let series = SeriesTable::read(&place.path("out/series.csv")).unwrap();
+        (series, place.summary("out")["relative_viscosity"].clone(), place)
+    };
+    let (told, viscosity, _) = table("True");
+    let (untold, none, place) = table("False");
+    assert!(viscosity.is_number() && none.is_null(), "{viscosity} {none}");
+    let of_contacts =
+        |name: &str| ["wall_force", "contact_stress", "shear_stress"].iter().any(|of| name.starts_with(of));
+    for (a, b) in told.columns.iter().zip(&untold.columns) {
+        assert!(a.values.len() == 3 && a.values.iter().all(|x| x.is_finite()), "{}", a.name);
+        if of_contacts(&a.name) {
+            assert!(b.values.iter().all(|x| x.is_nan()), "{}", a.name);
+        } else {
+            assert_eq!(a.values, b.values, "{}", a.name);
+        }
+    }
+    place.well(&["report", "out"]);
+    let page = place.text("out/REPORT.md");
+    assert!(page.contains("net_flux") && !page.contains("hear stress") && !page.contains("NaN"), "{page}");
+}
+
+/// True if a process is there and has not ended.
+fn lives(process: i32) -> bool {
+    let state = fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
+    state.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with('Z'))
+}
+
+#[test]
+fn what_an_engine_has_started_ends_with_the_run() {
+    for (end, code) in [("GOODBYE: lambda: None", 0), ("ADVANCE: lambda: sys.exit(5)", 3)] {
+        let place = answering(end);
+        let program = place.text("spheres.py");
+        let child =
+            "import subprocess\nopen('child', 'w').write(str(subprocess.Popen(['sleep', '1000']).pid))";
+        place.write("spheres.py", format!("{child}\n{program}"));
+        place.ends(code, &RUN);
+        let child = place.text("child").parse().unwrap();
+        poll("the end of the child", || (!lives(child)).then_some(()));
     }
 }
 

@@ -142,7 +142,10 @@ pub(crate) fn curves(directory: &Path, title: &str) -> Result<Curves> {
     let series = SeriesTable::read(&OutputFiles::new(directory).series())?;
     let mut section = Section::new(title, true, &[]);
     run::figures::all(&mut section, &series, None);
-    let last = || series.columns.iter().filter_map(|column| Some((column, *column.values.last()?)));
+    let last = || {
+        let newest = series.columns.iter().filter_map(|column| Some((column, *column.values.last()?)));
+        newest.filter(|(_, value)| !value.is_nan())
+    };
     let row = |(column, value): (&SeriesColumn, f64)| {
         vec![column.name.replace('_', " "), numbers::number(value, 5), column.unit.clone()]
     };

@@ -108,6 +108,12 @@ pub trait DemEngine: Send {
     /// Contacts at the last sub-step.
     fn contacts(&self) -> ContactSummary;
 
+    /// Returns true if the engine tells the forces of contacts; if not, [`contact_states`](Self::contact_states) is empty whatever
+    /// there is. Asked on rank 0.
+    fn tells_contacts(&self) -> bool {
+        true
+    }
+
     /// The contacts that this rank evaluated at the last sub-step, ascending by the ids of the pair. Asked for only
     /// when they are written, so that an engine may gather them on request.
     fn contact_states(&self) -> Vec<ContactState>;

@@ -114,10 +114,13 @@ int32_t turbid_close(turbid_handle handle);
 
 // Advances by `count` time steps. With particles that the caller moves: gives the loads for the states that were set last, then
 // moves the particles on at their velocities.
+//
+// `TURBID_FAILED` for a failure in these steps; a fluid that is too fast is noticed in every eighth step only. From then on each
+// call gives the same error; what has been reached can still be read.
 int32_t turbid_step(turbid_handle handle,
                     uint64_t count);
 
-// Advances to the step nearest to `time` (s), and checks for failures.
+// Advances to the step nearest to `time` (s), and checks for failures, also of the fluid.
 int32_t turbid_run_until(turbid_handle handle, double time);
 
 // Time since the start (s) and steps done; either pointer may be null.
@@ -145,7 +148,9 @@ int32_t turbid_get_bodies(turbid_handle handle, struct turbid_body *bodies, size
 int32_t turbid_get_particles(turbid_handle handle, struct turbid_particle *particles, size_t count);
 
 // Sets the states of all particles, ascending by id. Positions are wrapped, orientations normalised. The fluid meets them in the
-// next step. On an error nothing has changed.
+// next step. Refused are states that are not finite, that move by more than a cell or half a turn in a step, that overlap others or
+// walls by more than a quarter of the thickness; and, where the caller moves the particles, positions more than a cell from those
+// before the last step, if there was one. On an error nothing has changed.
 //
 // # Safety
 // `particles` is null or points to `count` of them.
@@ -161,11 +166,14 @@ int32_t turbid_get_loads(turbid_handle handle,
                          struct turbid_load *loads,
                          size_t count);
 
-// Loads of the caller that the engine of the case adds to those of the fluid, from now on in every step.
+// Loads of the caller that the engine of the case adds to those of the fluid, from now on in every step. Refused where the caller
+// moves the particles.
 //
 // # Safety
 // `loads` is null or points to `count` of them.
-int32_t turbid_set_external_loads(turbid_handle handle, const struct turbid_load *loads, size_t count);
+int32_t turbid_set_external_loads(turbid_handle handle,
+                                  const struct turbid_load *loads,
+                                  size_t count);
 
 // Fields of all cells, of which `cells` is the number: `velocity` (m/s, three numbers a cell), `pressure` (Pa above that of the
 // fluid at rest) and `solid_fraction` (-). Cell (x, y, z) is number x + nx (y + ny z). Any of the pointers may be null.

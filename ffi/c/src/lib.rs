@@ -95,12 +95,15 @@ pub extern "C" fn turbid_close(handle: Handle) -> i32 {
 
 /// Advances by `count` time steps. With particles that the caller moves: gives the loads for the states that were set last, then
 /// moves the particles on at their velocities.
+///
+/// `TURBID_FAILED` for a failure in these steps; a fluid that is too fast is noticed in every eighth step only. From then on each
+/// call gives the same error; what has been reached can still be read.
 #[unsafe(no_mangle)]
 pub extern "C" fn turbid_step(handle: Handle, count: u64) -> i32 {
     guard(|| Ok(find(handle)?.advance(count)?))
 }
 
-/// Advances to the step nearest to `time` (s), and checks for failures.
+/// Advances to the step nearest to `time` (s), and checks for failures, also of the fluid.
 #[unsafe(no_mangle)]
 pub extern "C" fn turbid_run_until(handle: Handle, time: f64) -> i32 {
     guard(|| {
@@ -167,7 +170,9 @@ pub unsafe extern "C" fn turbid_get_particles(handle: Handle, particles: *mut Pa
 }
 
 /// Sets the states of all particles, ascending by id. Positions are wrapped, orientations normalised. The fluid meets them in the
-/// next step. On an error nothing has changed.
+/// next step. Refused are states that are not finite, that move by more than a cell or half a turn in a step, that overlap others or
+/// walls by more than a quarter of the thickness; and, where the caller moves the particles, positions more than a cell from those
+/// before the last step, if there was one. On an error nothing has changed.
 ///
 /// # Safety
 /// `particles` is null or points to `count` of them.
@@ -198,7 +203,8 @@ pub unsafe extern "C" fn turbid_get_loads(handle: Handle, loads: *mut Load, coun
     })
 }
 
-/// Loads of the caller that the engine of the case adds to those of the fluid, from now on in every step.
+/// Loads of the caller that the engine of the case adds to those of the fluid, from now on in every step. Refused where the caller
+/// moves the particles.
 ///
 /// # Safety
 /// `loads` is null or points to `count` of them.

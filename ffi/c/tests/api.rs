@@ -101,6 +101,47 @@ fn a_caller_moves_a_sphere_and_gets_its_load() {
 }
 
 #[test]
+fn what_would_be_ignored_or_never_end_is_an_error() {
+    let handle = open(1);
+    let load = Load { force: [0.0; 3], torque: [0.0; 3] };
+    // SAFETY: a load to read.
+    assert_eq!(unsafe { turbid_set_external_loads(handle, &raw const load, 1) }, TURBID_INPUT);
+    assert!(said().contains("the caller moves the particles"), "{}", said());
+    for time in [1e300, -1e300, 1e15] {
+        assert_eq!(turbid_run_until(handle, time), TURBID_INPUT);
+        assert!(said().contains("steps of"), "{}", said());
+    }
+    assert_eq!(turbid_step(handle, u64::MAX), TURBID_INPUT, "-1 in C");
+    let mut sphere = particle(handle);
+    sphere.position[0] = 1e300;
+    // SAFETY: a particle to read.
+    assert_eq!(unsafe { turbid_set_particles(handle, &raw const sphere, 1) }, TURBID_INPUT);
+    assert!(said().contains("too far to be wrapped"), "{}", said());
+    assert_eq!(turbid_close(handle), TURBID_OK);
+}
+
+#[test]
+fn a_simulation_of_the_parent_is_an_error_in_a_forked_process() {
+    let handle = open(0);
+    // SAFETY: the child makes calls of this library only, and ends without those of the parent's exit; one that waits is ended.
+    let child = unsafe { libc::fork() };
+    if child == 0 {
+        // SAFETY: as above.
+        unsafe { libc::alarm(20) };
+        let told = turbid_step(handle, 1) == TURBID_INPUT && said().contains("is a fork");
+        let closed = turbid_close(handle) == TURBID_OK;
+        // SAFETY: as above.
+        unsafe { libc::_exit(i32::from(!(told && closed))) };
+    }
+    let mut status = 0;
+    // SAFETY: a number to write to.
+    assert_eq!(unsafe { libc::waitpid(child, &raw mut status, 0) }, child);
+    assert_eq!(status, 0, "the child got no error, or waited");
+    assert_eq!(turbid_step(handle, 1), TURBID_OK, "{}", said());
+    assert_eq!(turbid_close(handle), TURBID_OK);
+}
+
+#[test]
 fn loads_of_the_caller_bear_the_sphere() {
     let handle = open(0);
     let mut body = std::mem::MaybeUninit::<Body>::uninit();
@@ -177,12 +218,17 @@ fn errors_of_a_case_and_of_a_file_have_their_texts_and_options_replace_keys() {
 }
 
 #[test]
-fn a_simulation_that_diverges_says_so_and_stays_closable() {
+fn a_simulation_that_diverges_says_so_at_once_and_in_every_later_call() {
     let handle = open(0);
     let load = Load { force: [1.0, 0.0, 0.0], torque: [0.0; 3] };
     // SAFETY: a load to read.
     assert_eq!(unsafe { turbid_set_external_loads(handle, &raw const load, 1) }, TURBID_OK);
-    assert_eq!(turbid_step(handle, 50), TURBID_FAILED);
-    assert!(said().contains("diverged"), "{}", said());
+    // At once, and from then on.
+    for _ in 0..3 {
+        assert_eq!(turbid_step(handle, 1), TURBID_FAILED);
+        assert!(said().contains("diverged at step 0: "), "{}", said());
+    }
+    assert_eq!(turbid_run_until(handle, 1.0), TURBID_FAILED);
+    assert!(particle(handle).position[0].is_finite());
     assert_eq!(turbid_close(handle), TURBID_OK);
 }

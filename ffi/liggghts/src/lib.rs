@@ -91,6 +91,7 @@ impl From<LiggghtsParams> for ExternalParams {
             }),
             host,
             resumes: params.resumes,
+            memory: u64::MAX,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! An engine in a process of its own: a crash there is an error message here.
 //!
 //! Its standard input and output are both one end of a private socket, and what it prints on the standard error goes to the log.
-//! It is ended with the run, and reads the end of the socket if the run is killed.
+//! It is ended with the run, with what is left of its process group, and reads the end of the socket if the run is killed.
 
 use crate::message::{self, Kind, Outcome};
 use signal_hook::low_level::signal_name;
@@ -166,25 +166,35 @@ impl Worker {
         text
     }
 
-    /// Waits for it to end; one that does not is ended.
+    /// Waits for it to end; one that does not is ended, and so is what either has started.
     fn wait(&mut self) -> Option<ExitStatus> {
         let start = Instant::now();
-        while start.elapsed() <= ENDING {
-            if let Ok(Some(status)) = self.child.try_wait() {
-                return Some(status);
+        let ended = loop {
+            if self.has_ended() || start.elapsed() > ENDING {
+                break self.has_ended();
             }
             std::thread::sleep(PAUSE);
-        }
-        self.kill();
-        None
+        };
+        self.kill().filter(|_| ended)
     }
 
-    /// Ends it and what it has started, even if it is stopped.
-    fn kill(&mut self) {
+    /// True if it has ended; it is not waited for, so that its number stays its own.
+    fn has_ended(&self) -> bool {
+        let flags = libc::WEXITED | libc::WNOHANG | libc::WNOWAIT;
+        // SAFETY: a structure of numbers, for which zeros are valid.
+        let mut state: libc::siginfo_t = unsafe { std::mem::zeroed() };
+        // SAFETY: the structure is there to be written to, and the process is a child that has not been waited for.
+        let asked = unsafe { libc::waitid(libc::P_PID, self.child.id(), &raw mut state, flags) };
+        // SAFETY: `waitid` has filled it, or left zeros where nothing has ended.
+        asked == 0 && unsafe { state.si_pid() } != 0
+    }
+
+    /// Ends it and what it has started, even if it is stopped; how it ended.
+    fn kill(&mut self) -> Option<ExitStatus> {
         self.channel = None;
         // SAFETY: takes numbers only; the group is that of a child that has not been waited for, so it is still its own.
         unsafe { libc::kill(-(self.child.id() as libc::pid_t), libc::SIGKILL) };
-        let _ = self.child.wait();
+        self.child.wait().ok()
     }
 }
 

@@ -1,18 +1,35 @@
 //! Contacts, from the geometry of the bodies and the forces of the engine.
 
 use super::{External, Root};
-use crate::message::MeasuredContact;
+use crate::message::{MeasuredContact, State};
 use turbid_core::contact::{Body, Geometry, overlap, overlap_wall};
-use turbid_core::dem::native::failures::position_text;
+use turbid_core::dem::native::failures::{is_too_deep, position_text};
+use turbid_core::dem::states::too_fast;
 use turbid_core::dem::{ContactState, ContactSummary};
 use turbid_core::error::{Error, Result};
 use turbid_core::math::Vec3;
 use turbid_core::particle::Particle;
 
-/// Overlaps deeper than this part of the smaller thickness are outside the contact model, as in the native engine.
-const DEEPEST: f64 = 0.25;
-
 impl External {
+    /// Refuses velocities that are too fast for the fluid, and forces and torques that no contacts have.
+    pub(super) fn refuse_absurd(&self, id: u64, state: &State, dt: f64) -> Result<()> {
+        let domain = self.near.decomposition().domain;
+        let &State { velocity, angular_velocity, contact_force, contact_torque, .. } = state;
+        let moving = Particle { velocity, angular_velocity, ..Particle::at(id, 0, Vec3::zeros()) };
+        if let Some(what) = too_fast(&moving, dt, domain.dx) {
+            return Err(Error::Diverged { step: self.step, what });
+        }
+        let [force, torque] = [contact_force, contact_torque].map(|vector| Vec3::from(vector).norm());
+        let (largest, most) = (force.max(torque / domain.size().norm()), self.strongest);
+        if largest <= most {
+            return Ok(());
+        }
+        Err(self.failure(format!(
+            "field `contact_force` or `contact_torque` of particle {id}: {largest:.3e} N (torque over the size of the box) is more \
+             than the {most:.3e} N that move all particles by a cell in a sub-step"
+        )))
+    }
+
     /// Counts the contacts of all particles as they are now; on rank 0.
     pub(super) fn count(&mut self, now: &[Particle]) -> Result<()> {
         let Some(mut root) = self.root.take() else {
@@ -30,7 +47,7 @@ impl External {
             }
             pairs.push((first as u64, second));
             deepest = deepest.max(depth);
-            if depth > DEEPEST * thickness && outcome.is_ok() {
+            if is_too_deep(depth, thickness) && outcome.is_ok() {
                 let other = match ContactState::wall_of(second) {
                     Some(wall) => format!("wall `{}`", self.params.walls[wall].name),
                     None => self.ids[second as usize].to_string(),

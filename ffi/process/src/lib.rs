@@ -71,6 +71,8 @@ pub struct ExternalParams {
     pub host: Host,
     /// True if the engine is set up by [`restore`](DemEngine::restore), and until then only greeted.
     pub resumes: bool,
+    /// Memory for what the engine saves (bytes).
+    pub memory: u64,
 }
 
 /// The process in which an engine runs.
@@ -96,6 +98,7 @@ impl ExternalParams {
             options,
             host,
             resumes: false,
+            memory: u64::MAX,
         }
     }
 
@@ -158,6 +161,10 @@ pub struct External {
     greeted: Option<(Peer, Hello)>,
     /// Calls of [`advance`](DemEngine::advance) since the start.
     step: u64,
+    /// Mass of all particles (kg).
+    mass: f64,
+    /// Largest force of contacts (N): it moves all particles together by a cell in a sub-step from rest.
+    strongest: f64,
     /// True if the engine has failed: then nothing moves any more.
     failed: bool,
     /// Reason for missing contacts, until [`health`](DemEngine::health) reports it.
@@ -204,6 +211,8 @@ impl External {
             root: None,
             greeted: None,
             step: 0,
+            mass: 0.0,
+            strongest: f64::MAX,
             failed: false,
             pending_error: RefCell::default(),
         };
@@ -230,6 +239,7 @@ impl External {
 
     /// Makes a step under the loads of all ranks, on rank 0; the bytes of a [`State`] for each particle.
     fn advance_all(&self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<u8>> {
+        self.health()?;
         let mut loads = vec![AppliedLoad::default(); self.ids.len()];
         for entry in messages.iter().flat_map(|message| message.chunks_exact(size_of::<AppliedLoad>())) {
             let load: AppliedLoad = pod_read_unaligned(entry);
@@ -289,6 +299,7 @@ impl External {
             );
             return Err(Error::Diverged { step: self.step, what });
         }
+        self.refuse_absurd(particle.id, state, dt)?;
         let spin = Vec3::from(state.angular_velocity);
         if self.orientations {
             particle.orientation = state.orientation;
@@ -322,6 +333,8 @@ impl DemEngine for External {
 
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
         assert_eq!(loads.len(), self.population.store.owned);
+        let sub_step = dt / f64::from(self.params.substeps);
+        self.strongest = self.mass * self.near.decomposition().domain.dx / (sub_step * sub_step);
         let messages = comm.gather(self.load_message(loads));
         let (mut bytes, mut outcome) = (Vec::new(), Ok(()));
         if self.rank == 0 && self.failed {
@@ -356,17 +369,22 @@ impl DemEngine for External {
         self.root.as_ref().map_or_else(ContactSummary::default, |root| root.summary)
     }
 
+    fn tells_contacts(&self) -> bool {
+        self.params.contact.is_none() || self.root.as_ref().is_none_or(|root| root.hello.contacts)
+    }
+
     fn contact_states(&self) -> Vec<ContactState> {
         let (Some(root), Some(peer), 1..) = (&self.root, self.peer(), self.step) else {
             return Vec::new();
         };
-        if !root.hello.contacts {
+        if !root.hello.contacts || self.pending_error.borrow().is_some() {
             return Vec::new();
         }
         let most = CONTACTS_EACH * size_of::<MeasuredContact>() * (self.ids.len() + 1);
         let answer = peer.borrow_mut().ask(Kind::ListContacts, &[], most as u64);
         let walls = self.params.touched_walls().len();
-        let read = |bytes: Vec<u8>| message::read_contacts(&bytes, &self.ids, walls, root.hello.overlaps);
+        let (overlaps, strongest) = (root.hello.overlaps, self.strongest);
+        let read = |bytes: Vec<u8>| message::read_contacts(&bytes, &self.ids, walls, overlaps, strongest);
         let contacts = answer.and_then(read);
         let contacts = contacts.unwrap_or_else(|what| {
             self.pending_error.replace(Some(what));
@@ -398,7 +416,7 @@ impl DemEngine for External {
             saved.states = self.contact_states();
             self.health()?;
             if root.hello.saves {
-                let answer = peer.borrow_mut().ask(Kind::Save, &[], u64::MAX);
+                let answer = peer.borrow_mut().ask(Kind::Save, &[], self.params.memory);
                 let (own, name) = (answer.map_err(|what| self.failure(what))?, root.hello.name.as_bytes());
                 saved.own = [bytes_of(&(name.len() as u64)), name, &own].concat();
             }

@@ -7,6 +7,7 @@ use serde::Serialize;
 use std::collections::HashSet;
 use std::io::{self, Read, Write};
 use turbid_core::dem::ContactState;
+use turbid_core::memory::trying;
 
 const _: () = assert!(cfg!(target_endian = "little"), "records are sent as they lie in memory");
 
@@ -193,7 +194,11 @@ pub(crate) fn read(from: &mut impl Read, most: u64) -> io::Result<(Kind, Vec<u8>
     while payload.len() < length {
         // Memory is reserved as bytes come: a wrong length must not ask for more than there is.
         let (start, more) = (payload.len(), payload.len().max(RESERVED).min(length - payload.len()));
-        payload.reserve_exact(more);
+        if trying(|| payload.try_reserve_exact(more)).is_err() {
+            return Err(broken(format!(
+                "message `{name}`: no memory for the {length} bytes of field `length`"
+            )));
+        }
         payload.resize(start + more, 0);
         from.read_exact(&mut payload[start..])?;
     }
@@ -308,12 +313,14 @@ pub(crate) fn read_states(payload: &[u8], ids: &[u64], orientations: bool) -> Ou
     Ok(states.into_iter().flatten().collect())
 }
 
-/// The contacts of particles with these ids, ascending, and this number of walls; with or without `overlaps`.
+/// The contacts of particles with these ids, ascending, and this number of walls; with or without `overlaps`, with forces of at most
+/// `strongest` (N).
 pub(crate) fn read_contacts(
     payload: &[u8],
     ids: &[u64],
     walls: usize,
     overlaps: bool,
+    strongest: f64,
 ) -> Outcome<Vec<MeasuredContact>> {
     let contacts: Vec<MeasuredContact> = if overlaps {
         records(payload, Kind::Contacts)?
@@ -338,6 +345,10 @@ pub(crate) fn read_contacts(
         }
         if force.iter().any(|value| !value.is_finite()) {
             return fault(format!("field `force` of record {n}: {force:?} is not finite"));
+        }
+        let largest = force.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        if largest > strongest {
+            return fault(format!("field `force` of record {n}: {largest:e} is more than {strongest:.3e} N"));
         }
         if !(overlap.volume >= 0.0 && overlap.volume.is_finite()) {
             return fault(format!("field `volume` of record {n}: {} is no volume", overlap.volume));
@@ -366,9 +377,9 @@ pub fn read_messages(mut bytes: &[u8]) -> bool {
             Kind::SetUp => read_set_up(&payload).is_ok(),
             Kind::Advance => read_advance(&payload).is_ok(),
             Kind::States => read_states(&payload, &ids, true).is_ok(),
-            Kind::Contacts => {
-                [false, true].iter().any(|&overlaps| read_contacts(&payload, &[0, 1, 2], 2, overlaps).is_ok())
-            }
+            Kind::Contacts => [false, true]
+                .iter()
+                .any(|&overlaps| read_contacts(&payload, &[0, 1, 2], 2, overlaps, f64::MAX).is_ok()),
             _ => true,
         };
         if !sound {

@@ -21,6 +21,8 @@ impl External {
         let mut all = all.to_vec();
         all.sort_unstable_by_key(|particle| particle.id);
         self.ids = all.iter().map(|particle| particle.id).collect();
+        let mass = |particle: &Particle| self.population.store.templates[particle.template as usize].mass();
+        self.mass = all.iter().map(mass).sum();
         for particle in &mut all {
             let inertia = &self.inertias[particle.template as usize];
             let (orientation, spin) = (particle.orientation(), particle.angular_velocity());

@@ -107,6 +107,16 @@ impl Session {
         })
     }
 
+    /// Checks that the threads of the session are in this process.
+    fn check_process(&self, py: Python<'_>) -> PyResult<()> {
+        self.0.check_process().map_err(|error| raise(py, error))
+    }
+
+    /// The step nearest to a time (s).
+    fn nearest_step(&self, py: Python<'_>, time: f64) -> PyResult<u64> {
+        self.0.nearest_step(time).map_err(|error| raise(py, error))
+    }
+
     /// Looks for failures that no step has told yet.
     fn check(&self, py: Python<'_>) -> PyResult<()> {
         without_lock(py, || self.0.check())

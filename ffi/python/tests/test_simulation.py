@@ -324,12 +324,33 @@ def test_errors_of_a_case_have_key_problem_remedy_and_code(case, tmp_path):
             Simulation(value)
 
 
-def test_a_simulation_that_diverges_is_an_error(case):
+def test_a_simulation_that_diverges_is_an_error_at_once_and_for_ever(case):
     simulation = Simulation(case)
+    simulation.step(3)
     simulation.set_external_load(np.full((2, 3), 1.0))
-    with pytest.raises(turbid.Error, match="diverged") as error:
-        simulation.step(40)
-    assert error.value.code == 3
+    for _ in range(3):
+        with pytest.raises(turbid.Error, match="diverged at step 3: ") as error:
+            simulation.step()
+        assert error.value.code == 3
+    with pytest.raises(turbid.Error, match="diverged at step 3: "):
+        simulation.run()
+    assert simulation.steps == 4 and np.isfinite(simulation.positions).all()
+
+
+def test_an_engine_is_not_called_again_for_a_step_that_has_failed(case):
+    calls = []
+
+    def too_fast_for_the_fluid(particles, loads, dt):
+        calls.append(dt)
+        particles.velocity[0, 0] = 0.9 * simulation.dx / dt
+
+    simulation = Simulation(case, engine=too_fast_for_the_fluid)
+    with pytest.raises(turbid.Error, match="fluid velocity"):
+        simulation.step(30)
+    count = len(calls)
+    with pytest.raises(turbid.Error, match="fluid velocity"):
+        simulation.step()
+    assert 0 < count == len(calls) < 20
 
 
 @pytest.mark.parametrize("work", ["step", "run"])
@@ -345,6 +366,85 @@ def test_ctrl_c_ends_stepping_and_the_simulation_can_go_on(case, work):
     steps = simulation.steps
     simulation.step()
     assert 0 < steps == simulation.steps - 1
+
+
+@pytest.mark.parametrize("of", ["engine", "load", "run"])
+def test_steps_of_two_threads_are_made_one_after_the_other(case, of):
+    def fall(particles, loads, dt):
+        particles.velocity[:, 2] -= 1e-5
+        particles.position += dt * particles.velocity
+        time.sleep(1e-4)
+
+    def pull(at, particles):
+        time.sleep(1e-4)
+        return np.outer(particles.id + 1, [1e-7 * (1 + at), 0, 0])
+
+    def opened():
+        simulation = Simulation(case, threads=1, engine=fall if of == "engine" else None)
+        if of != "engine":
+            simulation.set_external_load(pull)
+        return simulation
+
+    def work():
+        if of == "run":
+            shared.run(40 * shared.time_step)
+        else:
+            for _ in range(20):
+                shared.step()
+
+    alone, shared = opened(), opened()
+    alone.step(40)
+    threads = [threading.Thread(target=work) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert shared.steps == 40 and shared.state_hash == alone.state_hash
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_a_simulation_of_the_parent_is_an_error_in_a_forked_process(case):
+    simulation = Simulation(case)
+    simulation.step()
+    calls = [simulation.step, simulation.run, simulation.fields, lambda: simulation.particles, lambda: simulation.time]
+    # As held by a thread that the child does not have.
+    holder = threading.Thread(target=simulation._lock.acquire)
+    holder.start()
+    holder.join()
+    child = os.fork()
+    if child == 0:
+        signal.alarm(20)
+        told = 0
+        for call in calls:
+            try:
+                call()
+            except turbid.Error as error:
+                told += error.code == 2 and "is a fork" in str(error)
+        del call, calls, simulation
+        os._exit(0 if told == 5 else 1)
+    assert os.waitpid(child, 0)[1] == 0
+
+
+def test_times_that_no_run_reaches_and_negative_numbers_of_steps_are_refused(case):
+    simulation = Simulation(case)
+    for until in [1e300, float("inf"), float("nan")]:
+        with pytest.raises(turbid.Error, match="steps are possible"):
+            simulation.run(until)
+    with pytest.raises(ValueError, match="expected at least 0 steps, got -1"):
+        simulation.step(-1)
+
+
+def test_bodies_in_each_other_and_jumps_through_the_box_are_refused(case):
+    simulation = Simulation(case, engine="caller")
+    states = simulation.particles
+    with pytest.raises(turbid.Error, match="particle 0 would overlap particle 1"):
+        simulation.positions = states.position[[0, 0]]
+    simulation.step()
+    with pytest.raises(turbid.Error, match="cells from where it was before the last step"):
+        simulation.positions = states.position + 1e-3
+    with pytest.raises(turbid.Error, match="too far to be wrapped"):
+        simulation.positions = states.position + 1e300
+    simulation.positions = states.position + 1e-5
 
 
 def test_other_threads_of_python_run_while_a_simulation_steps(case):

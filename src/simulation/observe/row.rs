@@ -85,6 +85,8 @@ pub(super) fn row(
     };
     let moving = start.map_or(mean.velocity, |flow| flow(0.5 * setup.domain.size()));
     let walls = setup.walls.iter().zip(by_fluid).enumerate();
+    let tells = simulation.dem.tells_contacts();
+    let by_contacts = |x: f64| if tells { x } else { f64::NAN };
     Some(SeriesRow {
         step: simulation.step,
         time,
@@ -100,17 +102,17 @@ pub(super) fn row(
         kinetic_energy_translation: sums[TRANSLATION],
         kinetic_energy_rotation: sums[ROTATION],
         momentum: (vector(MOMENTUM) + fluid_mass * moving).into(),
-        wall_force: vector(WALL_FORCE).into(),
+        wall_force: vector(WALL_FORCE).map(by_contacts).into(),
         gravitational_energy: sums[GRAVITATION],
         max_mach: 3.0_f64.sqrt() * max_lattice_speed,
-        contact_stress: std::array::from_fn(|i| sums[CONTACT_STRESS + i] / volume),
+        contact_stress: std::array::from_fn(|i| by_contacts(sums[CONTACT_STRESS + i] / volume)),
         hydrodynamic_stress: measured.stresslet.map(|sum| sum / volume),
         walls: walls
             .flat_map(|(n, (wall, load))| {
                 // Before the first step there was none to measure in.
                 let fluid = if simulation.step > 0 { load.force } else { Vec3::zeros() };
                 let stress = shear_stress(setup, wall, fluid + vector(ON_WALLS + 3 * n));
-                [Some(fluid), stress].into_iter().flatten()
+                [Some(fluid), stress.map(|stress| stress.map(by_contacts))].into_iter().flatten()
             })
             .flat_map(<[f64; 3]>::from)
             .collect(),

@@ -257,7 +257,8 @@ impl Samples {
         self.t_star.push(row.t_star);
         self.settling.push(row.settling_velocity);
         self.max_mach = self.max_mach.max(row.max_mach);
-        self.viscosity.extend(plates.map(|plates| plates.relative_viscosity(row)));
+        let viscosity = plates.map(|plates| plates.relative_viscosity(row));
+        self.viscosity.extend(viscosity.filter(|viscosity| viscosity.is_finite()));
         self.bed.extend(bed.map(|bed| bed.sample(row)));
     }
 }

@@ -140,7 +140,8 @@ impl Record {
         // What a suspension does depends on its arrangement, as its velocity does.
         let distance = record.value("averaged_over_distance").unwrap_or(f64::INFINITY);
         for column in &averaged.columns {
-            if let Some(mean) = estimate_settling(&column.values, distance) {
+            let mean = estimate_settling(&column.values, distance).filter(|mean| mean.mean.is_finite());
+            if let Some(mean) = mean {
                 let quantity = Quantity { value: mean.mean, error: mean.standard_error };
                 record.quantities.entry(column.name.clone()).or_insert(quantity);
             }

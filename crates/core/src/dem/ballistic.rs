@@ -82,6 +82,10 @@ impl DemEngine for Ballistic {
         ContactSummary::default()
     }
 
+    fn tells_contacts(&self) -> bool {
+        false
+    }
+
     fn contact_states(&self) -> Vec<ContactState> {
         Vec::new()
     }

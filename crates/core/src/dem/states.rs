@@ -1,11 +1,18 @@
 //! States of particles that a caller sets between two steps.
 
 use super::integrator::Inertia;
+use super::native::failures::is_too_deep;
 use super::saved::Saved;
+use crate::contact::PairFinder;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
-use crate::math::{Quat, nalgebra::Quaternion};
+use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::particle::{Particle, Template};
+use crate::wall::Wall;
+use std::f64::consts::PI;
+
+/// Largest distance from the origin (cells) at which a position can be wrapped: rounding is below a millionth of a cell.
+const FARTHEST: f64 = (1_u64 << 32) as f64;
 
 /// The part of a case that [`replace`] checks states against.
 #[derive(Clone, Copy, Debug)]
@@ -14,13 +21,35 @@ pub struct Limits<'a> {
     pub templates: &'a [Template],
     /// The box.
     pub domain: Domain,
-    /// Time step (s): no particle may move by more than a cell in it.
+    /// Time step (s): in it no particle may move by more than a cell, or by more than half a turn.
     pub time_step: f64,
+    /// Walls.
+    pub walls: &'a [Wall],
+    /// Time (s), for the surfaces of the walls.
+    pub time: f64,
+    /// True if bodies must not be deeper in others or in walls than a quarter of the thickness of the thinner one.
+    pub solid: bool,
+    /// True if the states follow from those before the last step, in which no particle moves by more than a cell.
+    pub continuous: bool,
+}
+
+/// Reason why a particle is too fast for a time step (s) on cells of the width `dx` (m), if it is.
+pub fn too_fast(particle: &Particle, time_step: f64, dx: f64) -> Option<String> {
+    let cells = particle.velocity().norm() * time_step / dx;
+    let angle = particle.angular_velocity().norm() * time_step;
+    if cells > 1.0 {
+        Some(format!("particle {} would move by {cells:.3} cells in a step, more than 1", particle.id))
+    } else {
+        (angle > PI).then(|| {
+            format!("particle {} would turn by {angle:.3} rad in a step, more than half a turn", particle.id)
+        })
+    }
 }
 
 /// The saved state of an engine, in `parts` of all ranks, with the position, orientation, velocity and angular velocity of every
 /// particle as in `states`, which are ascending by id. Periodic positions are wrapped, orientations normalised, and the angular
-/// momentum follows from the angular velocity. What is as it was keeps every bit.
+/// momentum follows from the angular velocity. What is as it was keeps every bit. Overlaps are bounded from below by the inscribed
+/// spheres about the centres of mass; those of bodies that stay where they are pass.
 ///
 /// # Errors
 /// [`Error::Input`] if `states` are not those of all particles, or impossible; [`Error::Unsupported`] for an engine that saves
@@ -36,7 +65,7 @@ pub fn replace(
         let [first, second] = [pair[0].id, pair[1].id];
         return Err(refuse(format!("the ids must ascend, but {second} follows {first}")));
     }
-    let (mut count, mut replaced) = (0, Vec::with_capacity(parts.len()));
+    let (mut bodies, mut replaced) = (Vec::with_capacity(states.len()), Vec::with_capacity(parts.len()));
     for part in parts {
         let mut saved = Saved::read(engine, part).map_err(refuse)?;
         if !saved.own.is_empty() {
@@ -45,18 +74,21 @@ pub fn replace(
                 what: "states of particles that the caller sets".into(),
             });
         }
-        count += saved.particles.len();
         for particle in &mut saved.particles {
             let at = states.binary_search_by_key(&particle.id, |state| state.id);
             let at = at.map_err(|_| refuse(format!("that of particle {} is missing", particle.id)))?;
-            *particle = limits.changed(particle, &states[at]).map_err(refuse)?;
+            let now = limits.changed(particle, &states[at]).map_err(refuse)?;
+            bodies.push((now, now.position.map(f64::to_bits) != particle.position.map(f64::to_bits)));
+            *particle = now;
         }
         replaced.push(saved.write(engine));
     }
-    if count == states.len() {
-        Ok(replaced)
-    } else {
-        Err(refuse(format!("there are {count} particles, not {}", states.len())))
+    if bodies.len() != states.len() {
+        return Err(refuse(format!("there are {} particles, not {}", bodies.len(), states.len())));
+    }
+    match limits.solid.then(|| limits.overlap(&bodies)).flatten() {
+        Some(flaw) => Err(refuse(flaw)),
+        None => Ok(replaced),
     }
 }
 
@@ -69,7 +101,13 @@ impl Limits<'_> {
         }
         let Particle { position, orientation, velocity, angular_velocity, .. } = *state;
         let mut now = Particle { position, orientation, velocity, angular_velocity, ..*was };
-        now.position = self.domain.wrap(now.position()).into();
+        let domain = &self.domain;
+        if let Some(x) = position.iter().find(|x| x.is_finite() && x.abs() > FARTHEST * domain.dx) {
+            return Err(format!(
+                "the position of particle {id} is {x:e} m away, too far to be wrapped into the box"
+            ));
+        }
+        now.position = domain.wrap(now.position()).into();
         // To the bit.
         let differ = |now: &[f64], was: &[f64]| {
             bytemuck::cast_slice::<_, u8>(now) != bytemuck::cast_slice::<_, u8>(was)
@@ -85,13 +123,55 @@ impl Limits<'_> {
             now.angular_momentum =
                 inertia.angular_momentum(&now.orientation(), now.angular_velocity()).into();
         }
-        let cells = now.velocity().norm() * self.time_step / self.domain.dx;
-        match now.flaw(self.domain.size()) {
-            Some(flaw) => Err(flaw),
-            None if cells > 1.0 => {
-                Err(format!("particle {id} would move by {cells:.3} cells in a step, more than 1"))
-            }
-            None => Ok(now),
-        }
+        let before = was.position() - was.velocity() * self.time_step;
+        let jump = domain.nearest_image(now.position() - before).norm() / domain.dx;
+        let jumps = || {
+            (self.continuous && jump > 1.0).then(|| {
+                format!(
+                    "particle {id} is {jump:.3} cells from where it was before the last step, which moves it by at most 1; \
+                     particles are placed freely before the first step only"
+                )
+            })
+        };
+        let flaw =
+            now.flaw(domain.size()).or_else(|| too_fast(&now, self.time_step, domain.dx)).or_else(jumps);
+        flaw.map_or(Ok(now), Err)
+    }
+
+    /// The first overlap of `bodies`, with walls and with each other, that is too deep, in words; bodies with a `false` stay where
+    /// they were.
+    fn overlap(&self, bodies: &[(Particle, bool)]) -> Option<String> {
+        let inner: Vec<f64> =
+            self.templates.iter().map(|t| -t.shape.signed_distance(Vec3::zeros())).collect();
+        let of = |i: usize| {
+            let template = bodies[i].0.template as usize;
+            (bodies[i].0.position(), inner[template], self.templates[template].shape.thickness())
+        };
+        let words = |i: usize, other: String, depth: f64, thickness: f64| {
+            is_too_deep(depth, thickness).then(|| {
+                let id = bodies[i].0.id;
+                format!(
+                    "particle {id} would overlap {other} by {depth:.3e} m, more than a quarter of the thickness {thickness:.3e} m"
+                )
+            })
+        };
+        let moved = (0..bodies.len()).filter(|&i| bodies[i].1);
+        let surfaces: Vec<_> = self.walls.iter().map(|wall| (wall, wall.surface_at(self.time))).collect();
+        let mut on_walls = moved.flat_map(|i| surfaces.iter().map(move |(wall, surface)| (i, wall, surface)));
+        let in_wall = on_walls.find_map(|(i, wall, surface)| {
+            let (position, radius, thickness) = of(i);
+            words(i, format!("the wall `{}`", wall.name), radius - surface.distance(position), thickness)
+        });
+        in_wall.or_else(|| {
+            let (positions, radii): (Vec<Vec3>, Vec<f64>) =
+                (0..bodies.len()).map(|i| (of(i).0, of(i).1)).unzip();
+            PairFinder::new(self.domain).find(&positions, &radii).iter().find_map(|pair| {
+                let [i, j] = pair.map(|i| i as usize);
+                let ((a, radius, thick), (b, other, thin)) = (of(i), of(j));
+                let depth = radius + other - self.domain.nearest_image(b - a).norm();
+                let name = format!("particle {}", bodies[j].0.id);
+                (bodies[i].1 || bodies[j].1).then(|| words(i, name, depth, thick.min(thin))).flatten()
+            })
+        })
     }
 }

@@ -85,9 +85,9 @@ fn states_come_in_any_order_and_contacts_name_walls() {
     let mut reversed = states();
     reversed.reverse();
     assert_eq!(of_states(&reversed), Ok(states()));
-    assert_eq!(read_contacts(cast_slice(&contacts()), &IDS, 2, true), Ok(contacts()));
+    assert_eq!(read_contacts(cast_slice(&contacts()), &IDS, 2, true, 1e3), Ok(contacts()));
     let bare: Vec<ContactForce> = contacts().iter().map(|measured| measured.contact).collect();
-    let read = read_contacts(cast_slice(&bare), &IDS, 2, false).unwrap();
+    let read = read_contacts(cast_slice(&bare), &IDS, 2, false, 1e3).unwrap();
     let forces = read.iter().map(|measured| measured.contact);
     assert!(forces.eq(bare) && read.iter().all(|measured| measured.overlap == MeasuredOverlap::default()));
 }
@@ -112,7 +112,7 @@ fn a_state_or_contact_that_cannot_be_is_refused_with_its_field() {
     let measured = |change: &dyn Fn(&mut MeasuredContact)| {
         let mut contacts = contacts();
         change(&mut contacts[1]);
-        read_contacts(cast_slice(&contacts), &IDS, 2, true).unwrap_err()
+        read_contacts(cast_slice(&contacts), &IDS, 2, true, 1e3).unwrap_err()
     };
     let contact = |change: &dyn Fn(&mut ContactForce)| measured(&|m| change(&mut m.contact));
     for (text, words) in [
@@ -168,7 +168,7 @@ proptest! {
         let length = if length < 400 { (hello.len() + bytes.len()) as u64 } else { length };
         let head = [&kind.to_le_bytes()[..], &[0; 4], &length.to_le_bytes()].concat();
         read_messages(&[&head[..], &hello, &bytes].concat());
-        let _ = read_states(&bytes, &IDS, true).and(read_contacts(&bytes, &IDS, 2, greets));
+        let _ = read_states(&bytes, &IDS, true).and(read_contacts(&bytes, &IDS, 2, greets, 1e3));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 """A case that is stepped in this process."""
 
-import os
+import functools
+import threading
 from typing import Any, Callable, Iterable, NamedTuple, Optional, Union
 
 import numpy as np
@@ -62,12 +63,26 @@ def _checked(name: str, value: Any, shape: "tuple[int, ...]", dtype: Any = np.fl
     return array
 
 
+def _alone(method: Callable[..., Any]) -> Callable[..., Any]:
+    """The method, during which other threads that call such methods of the same simulation wait."""
+
+    @functools.wraps(method)
+    def alone(self: "Simulation", *arguments: Any, **named: Any) -> Any:
+        # In a forked process the lock may be that of a thread that is not there.
+        self._session.check_process()
+        with self._lock:
+            return method(self, *arguments, **named)
+
+    return alone
+
+
 def _column(field: str, meaning: str) -> Any:
     """A property that is a column of all particles."""
 
     def read(self: "Simulation") -> np.ndarray:
         return self.particles[field]
 
+    @_alone
     def write(self: "Simulation", value: Any) -> None:
         states = self.particles
         column = states[field]
@@ -86,6 +101,14 @@ class Simulation:
     :param threads: number of ranks, each a thread; by default that of the case, else all cores. Results do not depend on it.
     :param engine: moves the particles in place of the engine of the case: a function (:data:`Engine`), or ``"caller"`` if the
         caller sets :attr:`particles` after each step. Contacts, gravity and prescribed motions are then its business.
+
+    Several threads may use one simulation: a step is made whole, with its engine and load functions, before another thread gets the
+    state or makes the next step. So these functions must not wait for threads that do. In a forked process a simulation of its
+    parent raises :class:`turbid.Error` at every call, because its threads are not there.
+
+    A failure (:class:`turbid.Error` with ``code`` 3) is raised by the :meth:`step` in which it happens; a fluid that is too fast is
+    noticed in every eighth step only, and at the end of :meth:`run`. From then on each step raises the same error: open a
+    new simulation. The state that it has come to can still be read.
 
     Raises :class:`turbid.Error` for a case that is not possible, ``ValueError`` for arguments of the wrong type.
 
@@ -116,6 +139,7 @@ class Simulation:
         self._session = _turbid.Session(form, text, list(options), threads, engine is not None)
         self._is_driven = engine is not None
         self._engine = engine if callable(engine) else None
+        self._lock = threading.RLock()
         # Number of steps and particles before a step that the engine has not made yet.
         self._before: "Optional[tuple[int, np.recarray]]" = None
         self._external: Optional[ExternalLoad] = None
@@ -130,25 +154,36 @@ class Simulation:
         made and the particles have not. The next call first calls the engine again for that step, with the same particles and loads
         (``step(0)`` does nothing else), unless :attr:`particles` has been set meanwhile.
         """
-        if self._engine is None and self._external is None:
-            self._session.advance(count)
-            return
+        if count < 0:
+            raise ValueError(f"count: expected at least 0 steps, got {count}")
         self._complete_step()
         for _ in range(count):
-            if self._external is not None:
-                self._set_external(self._external(self.time, self.particles))
-            if self._engine is not None:
-                self._before = self.steps, self.particles
-            try:
-                self._session.advance(1)
-            except _turbid.Error:
-                raise
-            except BaseException:
-                # Of the handler of a signal, which runs after the step.
-                self._complete_step()
-                raise
-            self._complete_step()
+            self._advance()
 
+    @_alone
+    def _advance(self, last: Optional[int] = None) -> bool:
+        """Makes a step, unless ``last`` steps are done; true if it has."""
+        if last is not None and self.steps >= last:
+            return False
+        self._complete_step()
+        if self._external is not None:
+            self._set_external(self._external(self.time, self.particles))
+        if self._engine is not None:
+            self._before = self.steps, self.particles
+        try:
+            self._session.advance(1)
+        except _turbid.Error:
+            # A step that has failed is not completed.
+            self._before = None
+            raise
+        except BaseException:
+            # Of the handler of a signal, which runs after the step.
+            self._complete_step()
+            raise
+        self._complete_step()
+        return True
+
+    @_alone
     def _complete_step(self) -> None:
         """Lets the engine make the step that the fluid has made, if it has not."""
         if self._engine is None or self._before is None or self._before[0] == self.steps:
@@ -168,12 +203,14 @@ class Simulation:
 
         ``callback`` is called with the simulation after each ``every`` steps; the run ends early if it returns ``False``.
         """
-        last = self._session.end_step if until is None else round(until / self.time_step)
+        last = self._session.end_step if until is None else self._session.nearest_step(until)
         if every < 1:
             raise ValueError(f"every: expected at least 1 step, got {every}")
         self._complete_step()
-        while (left := last - self.steps) > 0:
-            self.step(left if callback is None else min(every, left))
+        while self.steps < last:
+            for _ in range(last if callback is None else every):
+                if not self._advance(last):
+                    break
             if callback is not None and callback(self) is False:
                 break
         self._session.check()
@@ -236,14 +273,18 @@ class Simulation:
         return self._session.toml
 
     @property
+    @_alone
     def particles(self) -> np.recarray:
         """All particles (:data:`PARTICLE`), shape (n,): ``simulation.particles.position[:, 2]`` are heights (m).
 
-        To be set with position, orientation, velocity and angular velocity of all particles; what else is in it follows.
+        To be set with position, orientation, velocity and angular velocity of all particles; what else is in it follows. Bodies that
+        overlap others or walls by more than a quarter of their thickness are refused, and so are, where the caller moves them,
+        bodies that are more than a cell from where they were before the last step.
         """
         return np.frombuffer(self._session.particles(), dtype=PARTICLE).view(np.recarray)
 
     @particles.setter
+    @_alone
     def particles(self, states: np.ndarray) -> None:
         count = len(self._kind)
         rows = _checked("particles", states, (count,), PARTICLE).tobytes()
@@ -261,11 +302,13 @@ class Simulation:
     angular_velocities = _column("angular_velocity", "Angular velocities (1/s), shape (n, 3); may be set.")
 
     @property
+    @_alone
     def loads(self) -> np.recarray:
         """Loads of the fluid in the last step (:data:`LOAD`), shape (n,): buoyancy is part of them, weight is not. Zeros before the
         first step and without a fluid."""
         return np.frombuffer(self._session.loads(), dtype=LOAD).view(np.recarray)
 
+    @_alone
     def set_external_load(self, load: Union[None, np.ndarray, ExternalLoad]) -> None:
         """Adds loads to those of the fluid, from now on: a function (:data:`ExternalLoad`), which is called before each step, or an
         array as it returns, which stays. ``None`` ends it. For the engine of the case; others decide themselves what acts."""
@@ -284,6 +327,7 @@ class Simulation:
             rows["force"] = _checked("external load", load, (count, 3))
         self._session.set_external_loads(rows.tobytes())
 
+    @_alone
     def fields(self) -> Fields:
         """The :class:`Fields` of the whole box as they are now. Raises ``ValueError`` without a fluid."""
         if not self._session.has_fluid:
@@ -321,12 +365,14 @@ class Simulation:
         (n, 4)."""
         return self._of_kind[4][self._kind]
 
+    @_alone
     def mean_flow(self) -> "tuple[np.ndarray, float]":
         """Mean velocity of fluid and particles together (m/s), shape (3,), and solid volume fraction (-) of the box."""
         velocity, fraction = self._session.mean_flow()
         return np.array(velocity), fraction
 
     @property
+    @_alone
     def state_hash(self) -> str:
         """Hash over all populations and particle states, 16 hexadecimal digits: the same for any number of threads."""
         return f"{self._session.state_hash():016x}"

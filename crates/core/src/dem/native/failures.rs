@@ -22,7 +22,7 @@ fn diverged(step: u64, particle: &Particle, what: Arguments) -> Error {
 
 /// Returns true if an overlap (m) is too deep for a body of this thickness (m); NaN is.
 #[inline]
-pub(super) fn is_too_deep(depth: f64, thickness: f64) -> bool {
+pub fn is_too_deep(depth: f64, thickness: f64) -> bool {
     depth > DEEPEST * thickness || depth.is_nan()
 }
 
