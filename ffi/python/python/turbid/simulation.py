@@ -2,7 +2,7 @@
 
 import functools
 import threading
-from typing import Any, Callable, Iterable, NamedTuple, Optional, Union
+from typing import Any, Callable, Iterable, NamedTuple, Optional, TypeVar, Union, cast
 
 import numpy as np
 
@@ -63,7 +63,10 @@ def _checked(name: str, value: Any, shape: "tuple[int, ...]", dtype: Any = np.fl
     return array
 
 
-def _alone(method: Callable[..., Any]) -> Callable[..., Any]:
+_Method = TypeVar("_Method", bound=Callable[..., Any])
+
+
+def _alone(method: _Method) -> _Method:
     """The method, during which other threads that call such methods of the same simulation wait."""
 
     @functools.wraps(method)
@@ -73,7 +76,7 @@ def _alone(method: Callable[..., Any]) -> Callable[..., Any]:
         with self._lock:
             return method(self, *arguments, **named)
 
-    return alone
+    return cast(_Method, alone)
 
 
 def _column(field: str, meaning: str) -> Any:
