@@ -22,6 +22,7 @@ pub mod series;
 pub mod statistics;
 pub mod summary;
 pub mod surfaces;
+mod units;
 pub mod vti;
 #[cfg(test)]
 #[path = "../tests/common/vtk.rs"]

@@ -4,10 +4,10 @@
     python3 -m venv vtkenv && vtkenv/bin/pip install vtk pyvista
     vtkenv/bin/python validation/check_vtk.py OUTPUT_DIRECTORY
 
-Checks: arrays, components and sizes; all values finite; solid fraction within 0..1, solid where the particles of
+Checks: arrays, components, sizes and units; all values finite; solid fraction within 0..1, solid where the particles of
 the same step are, and of their volume; particle speeds and mean velocity equal to the row of series.csv with the
-same step; surfaces of particles as large and turned as `size` and `orientation` of their points say, which draw the same
-glyphs; contacts have unit normals, forces, partners that are particles or walls, and points near both; force chains lead
+same step; masses of one density for each kind; surfaces of particles as large and turned as `size` and `orientation` of their points say, which draw the same
+glyphs; contacts have unit normals, forces that are the sum of their parts, partners that are particles or walls, and points near both; force chains lead
 from particles to contacts; an index (.pvti, .pvtp) names all pieces of its folder and no others; walls are polygons inside of
 the box that they bound; files and times of a .pvd agree with the files themselves and with series.csv (through pyvista's
 reader too if it is installed and knows the files: not .pvtp). Prints a table; exit status 1 if anything is wrong.
@@ -35,9 +35,10 @@ except ImportError:
 FIELDS = {"velocity": 3, "pressure": 1, "solid_fraction": 1}
 SURFACES = {"id": 1, "kind": 1, "equivalent_diameter": 1, "speed": 1, "velocity": 3, "angular_velocity": 3,
             "contact_force": 3}
-POINTS = {**SURFACES, "size": 3, "orientation": 4, "contact_torque": 3}
+POINTS = {**SURFACES, "volume": 1, "mass": 1, "size": 3, "orientation": 4, "contact_torque": 3}
 FLUID_ON_POINTS = {"hydrodynamic_force": 3, "hydrodynamic_torque": 3}
-CONTACTS = {"first": 1, "second": 1, "normal": 3, "force": 3, "force_magnitude": 1, "depth": 1, "volume": 1}
+CONTACTS = {"first": 1, "second": 1, "normal": 3, "force": 3, "force_magnitude": 1, "normal_force": 1, "tangential_force": 3,
+            "depth": 1, "volume": 1}
 CHAINS = {"id": 1, "force_magnitude": 1}
 READERS = {".vti": vtkXMLImageDataReader, ".pvti": vtkXMLPImageDataReader, ".vtp": vtkXMLPolyDataReader,
            ".pvtp": vtkXMLPPolyDataReader}
@@ -76,7 +77,14 @@ def read(path):
     reader.Update()
     said = window.GetOutput().strip()
     check(not said, path, f"VTK says {said!r}")
-    return reader.GetOutput()
+    data = reader.GetOutput()
+    units = data.GetFieldData().GetAbstractArray("units")
+    if check(units is not None, path, "no units"):
+        named = [units.GetValue(i).split(": ")[0] for i in range(units.GetNumberOfValues())]
+        both = data.GetPointData(), data.GetCellData()
+        there = [part.GetArrayName(i) for part in both for i in range(part.GetNumberOfArrays())]
+        check(sorted(named) == sorted(there), path, f"units of {named}, arrays {there}")
+    return data
 
 
 def arrays(path, data, tuples, expected):
@@ -154,6 +162,10 @@ def check_points(path, series):
     check(is_index(path) or (np.diff(values["id"].astype(np.int64)) > 0).all(), path, "particles are not in order")
     check(np.allclose(np.linalg.norm(values["orientation"], axis=1), 1, atol=1e-9), path, "orientations are not of unit length")
     volumes = np.pi / 6 * values["equivalent_diameter"] ** 3
+    check(np.allclose(volumes, values["volume"], rtol=1e-9, atol=0), path, "volume is not that of equivalent_diameter")
+    for kind in np.unique(values["kind"]):
+        density = (values["mass"] / values["volume"])[values["kind"] == kind]
+        check(np.allclose(density, density[0], rtol=1e-12, atol=0), path, f"kind {kind} has several densities")
     filled = volumes / values["size"].prod(axis=1)
     check((filled > 0).all() and (filled < 1 + 1e-9).all(), path, "a body is larger than its box")
     speed = np.linalg.norm(values["velocity"], axis=1)
@@ -293,6 +305,8 @@ def check_contacts(path, series):
     force = np.linalg.norm(values["force"].astype(float), axis=1)
     check(np.allclose(force, values["force_magnitude"], rtol=SINGLE, atol=0), path, "force_magnitude is not |force|")
     check(np.allclose(np.linalg.norm(values["normal"], axis=1), 1, atol=SINGLE), path, "normals are not of unit length")
+    parts = values["tangential_force"] - values["normal_force"][:, None] * values["normal"]
+    check(np.abs(parts - values["force"]).max() <= SINGLE * force.max(), path, "force is not the sum of its parts")
     check((values["depth"] > 0).all() and (values["volume"] > 0).all(), path, "an overlap is empty")
     bodies = particles_beside(path, "contacts_")
     if bodies is not None:

@@ -52,7 +52,7 @@ pub struct Case {
     pub lattice: Option<LatticeSection>,
     /// Particles without a fluid.
     pub dry: Option<DrySection>,
-    /// Kinds of particles; the diameter of the first kind is the reference length.
+    /// Kinds of particles; the diameter of the first kind, as its shape has it before `sizes` scale it, is the reference length D.
     #[serde(default)]
     #[schemars(extend("minItems" = 1))]
     pub particles: Vec<ParticleSection>,

@@ -1,7 +1,7 @@
 //! Pictures of a run: names of their files, what they show, and ranges of their colours.
 
 use super::checks::Document;
-use super::file::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
+use super::file::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice, WallSection};
 use crate::error::Result;
 use crate::math::Vec3;
 
@@ -46,7 +46,10 @@ pub struct ViewPlan {
     pub force_range: Option<f64>,
 }
 
-/// The pictures that a case asks for; by default a slice of the speed, where there is a fluid, and a view.
+/// Sine of the angle between a plane and its velocity up to which it slides.
+const SLIDING: f64 = 1e-6;
+
+/// The pictures that a case asks for; by default a slice, where there is a fluid, and a view.
 pub(super) fn pictures(document: &Document, size: Vec3) -> Result<Vec<PicturePlan>> {
     let dry = document.case.dry.is_some();
     let default = || {
@@ -70,12 +73,10 @@ pub(super) fn pictures(document: &Document, size: Vec3) -> Result<Vec<PicturePla
 }
 
 fn picture(document: &Document, key: &str, section: &PictureSection, size: Vec3) -> Result<PicturePlan> {
-    let default = match &section.slice {
-        Some(slice) => {
-            serde_json::to_value(slice.quantity).ok().and_then(|name| Some(name.as_str()?.to_owned()))
-        }
-        None => None,
-    };
+    let default = section.slice.as_ref().and_then(|slice| {
+        let quantity = slice.quantity.unwrap_or_else(|| along_sliding_wall(document).0);
+        serde_json::to_value(quantity).ok().and_then(|name| Some(name.as_str()?.to_owned()))
+    });
     let name = section.name.clone().or(default).unwrap_or_else(|| "view".to_owned());
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
     if name.is_empty() || name.len() > 64 || !name.chars().all(is_plain) {
@@ -90,14 +91,14 @@ fn picture(document: &Document, key: &str, section: &PictureSection, size: Vec3)
     };
     let slice = match &view.slice {
         Some(ViewSlice::Slice(section)) => Some(slice_of("view.slice", section)?),
-        Some(ViewSlice::Shown(true)) => Some(slice_of("view.slice", &SliceSection::default())?),
-        None if document.case.dry.is_none() => Some(SlicePlan::default()),
-        Some(ViewSlice::Shown(false)) | None => None,
+        Some(ViewSlice::Shown(false)) => None,
+        None if document.case.dry.is_some() => None,
+        Some(ViewSlice::Shown(true)) | None => Some(slice_of("view.slice", &SliceSection::default())?),
     };
     let range = range(document, &format!("{key}.view.range"), view.range)?;
     let from = |from| document.direction(&format!("{key}.view.from"), from);
     let plain = view.force_chains || slice.is_some();
-    let colour = if plain { BodyColour::Plain } else { BodyColour::Speed };
+    let colour = if plain { BodyColour::Plain } else { along_sliding_wall(document).1 };
     let view = ViewPlan {
         from: view.from.map(from).transpose()?,
         zoom: view.zoom,
@@ -108,6 +109,25 @@ fn picture(document: &Document, key: &str, section: &PictureSection, size: Vec3)
         force_range: view.force_range,
     };
     Ok(PicturePlan { name, slice, view: Some(view) })
+}
+
+/// Quantities that show a flow between sliding walls: the velocity, with its sign, along the fastest of them; without one the speed.
+fn along_sliding_wall(document: &Document) -> (Quantity, BodyColour) {
+    let faces = document.case.domain.faces.values().map(|face| Vec3::from(face.velocity));
+    let slides = |wall: &&WallSection| match &wall.plane {
+        Some(plane) => {
+            Vec3::from(plane.normal).normalize().dot(&Vec3::from(wall.velocity).normalize()).abs() < SLIDING
+        }
+        None => true,
+    };
+    let walls = document.case.walls.iter().filter(slides).map(|wall| Vec3::from(wall.velocity));
+    let fastest = faces.chain(walls).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    match fastest.filter(|velocity| *velocity != Vec3::zeros()).map(|velocity| velocity.iamax()) {
+        Some(0) => (Quantity::VelocityX, BodyColour::VelocityX),
+        Some(1) => (Quantity::VelocityY, BodyColour::VelocityY),
+        Some(_) => (Quantity::VelocityZ, BodyColour::VelocityZ),
+        None => (Quantity::Speed, BodyColour::Speed),
+    }
 }
 
 fn slice(document: &Document, key: &str, section: &SliceSection, size: Vec3) -> Result<SlicePlan> {
@@ -131,7 +151,8 @@ fn slice(document: &Document, key: &str, section: &SliceSection, size: Vec3) -> 
         return Err(document.out_of_range(&format!("{key}.position"), position, &wanted, "in metres"));
     }
     let range = range(document, &format!("{key}.range"), section.range)?;
-    Ok(SlicePlan { cut, quantity: section.quantity, range })
+    let quantity = section.quantity.unwrap_or_else(|| along_sliding_wall(document).0);
+    Ok(SlicePlan { cut, quantity, range })
 }
 
 fn range(document: &Document, key: &str, range: Option<[f64; 2]>) -> Result<Option<[f64; 2]>> {
@@ -141,5 +162,42 @@ fn range(document: &Document, key: &str, range: Option<[f64; 2]>) -> Result<Opti
             Err(document.out_of_range(key, format!("[{lo}, {hi}]"), "two values in ascending order", remedy))
         }
         range => Ok(range),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::from_text;
+
+    /// Names of the pictures of a box that is closed along z, and the quantity of the slice in the last one.
+    fn default(more: &str) -> (Vec<String>, Option<Quantity>) {
+        let text = format!(
+            "domain = {{ size = [4e-3, 4e-3, 4e-3], periodic = [true, true, false]{more}\n\
+             fluid = {{ density = 1000, viscosity = 1e-5 }}\n\
+             lattice = {{ cells_per_diameter = 4, relaxation_time = 0.8 }}\n\
+             particles = [{{ shape.sphere.diameter = 1e-3, density = 1000, count = 1 }}]\n\
+             run.end.steps = 1"
+        );
+        let plans = from_text(&text, "case", &[]).unwrap().plan.output.pictures;
+        let last = plans.last().unwrap().slice.as_ref().map(|slice| slice.quantity);
+        (plans.into_iter().map(|plan| plan.name).collect(), last)
+    }
+
+    #[test]
+    fn without_a_wall_that_slides_pictures_show_the_speed() {
+        assert_eq!(default("}"), (vec!["speed".into(), "view".into()], Some(Quantity::Speed)));
+        let at_rest = ", faces = { \"z+\" = { velocity = [0, 0, 0] } } }";
+        assert_eq!(default(at_rest).1, Some(Quantity::Speed));
+    }
+
+    #[test]
+    fn between_sliding_walls_pictures_show_the_velocity_along_the_fastest_with_its_sign() {
+        let faces =
+            ", faces = { \"z-\" = { velocity = [1e-4, 0, 0] }, \"z+\" = { velocity = [0, -2e-4, 0] } } }";
+        assert_eq!(default(faces), (vec!["velocity_y".into(), "view".into()], Some(Quantity::VelocityY)));
+        let rod = "}\nwalls = [{ name = \"rod\", rod = { point = [2e-3, 2e-3, 0], axis = [0, 1, 0], diameter = 1e-3 }, \
+                   velocity = [0, 1e-4, 0] }]";
+        assert_eq!(default(rod).1, Some(Quantity::VelocityY));
     }
 }

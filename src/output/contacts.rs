@@ -1,7 +1,8 @@
 //! Contacts as VTK points (`contacts_NNN.vtp`), and the lines between them and the particles (`force_chains_NNN.vtp`).
 //!
 //! A contact is one point with the arrays `first`, `second` (ids of the particles; `-1 - i` for wall `i`), `normal` (from the first body
-//! to the second), `force` (N, on the first body), `force_magnitude` (N), `depth` (m) and `volume` (m^3) of the overlap.
+//! to the second), `force` (N, on the first body), `force_magnitude` (N), its part `normal_force` (N, positive where it pushes the bodies
+//! apart) and the rest, `tangential_force` (N, a vector), `depth` (m) and `volume` (m^3) of the overlap.
 //!
 //! Force chains are lines from the centre of each particle to the points where it is touched, with `force_magnitude` (N) and `id` on both
 //! ends. A line belongs to one particle and sticks out of the box where that does, as in the files of the surfaces.
@@ -26,14 +27,20 @@ pub fn contacts(contacts: &[ContactState]) -> PolyData {
         data.vertex(point);
     }
     let force = |c: &ContactState| Vec3::from(c.force);
-    data.scalars("force_magnitude", contacts.iter().map(|c| force(c).norm()));
+    let normal_part = |c: &ContactState| force(c).dot(&Vec3::from(c.normal));
+    data.scalars("force_magnitude (N)", contacts.iter().map(|c| force(c).norm()));
     data.integers("first", contacts.iter().map(|c| c.first as i64).collect());
     // `ContactState::of_wall` counts down from the largest number: this gives -1 - i.
     data.integers("second", contacts.iter().map(|c| c.second as i64).collect());
-    data.vectors("force", contacts.iter().map(force));
+    data.vectors("force (N)", contacts.iter().map(force));
     data.vectors("normal", contacts.iter().map(|c| c.normal.into()));
-    data.scalars("depth", contacts.iter().map(|c| c.depth));
-    data.scalars("volume", contacts.iter().map(|c| c.volume));
+    data.scalars("normal_force (N)", contacts.iter().map(|c| -normal_part(c)));
+    data.vectors(
+        "tangential_force (N)",
+        contacts.iter().map(|c| force(c) - normal_part(c) * Vec3::from(c.normal)),
+    );
+    data.scalars("depth (m)", contacts.iter().map(|c| c.depth));
+    data.scalars("volume (m^3)", contacts.iter().map(|c| c.volume));
     data
 }
 
@@ -54,7 +61,7 @@ pub fn force_chains(domain: &Domain, particles: &[Particle], contacts: &[Contact
             ends_of.extend([id; 2]);
         }
     }
-    data.scalars("force_magnitude", magnitudes);
+    data.scalars("force_magnitude (N)", magnitudes);
     data.integers("id", ends_of);
     data
 }
@@ -78,7 +85,7 @@ mod tests {
             second,
             point,
             normal: normal.into(),
-            force: (-2.0 * normal).into(),
+            force: (-2.0 * normal + 0.25 * Vec3::y()).into(),
             depth: 0.125,
             volume: 0.5,
         };
@@ -98,11 +105,21 @@ mod tests {
         assert_eq!((piece.num_points(), piece.num_verts()), (2, 2));
         assert_eq!(array(&piece, "first"), [3.0, 9.0]);
         assert_eq!(array(&piece, "second"), [5.0, -5.0]);
-        assert_eq!(array(&piece, "force"), [2.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
-        assert_eq!(array(&piece, "force_magnitude"), [2.0, 2.0]);
+        assert_eq!(array(&piece, "force"), [2.0, 0.25, 0.0, 0.0, 0.25, 2.0]);
+        assert_eq!(array(&piece, "force_magnitude"), [4.0625_f64.sqrt(); 2]);
         assert_eq!(array(&piece, "normal")[..3], [-1.0, 0.0, 0.0]);
         assert_eq!(array(&piece, "depth"), [0.125; 2]);
         assert_eq!(array(&piece, "volume"), [0.5; 2]);
+    }
+
+    #[test]
+    fn the_force_of_a_contact_is_its_normal_part_that_pushes_apart_and_the_rest() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("contacts.vtp");
+        contacts(&example().1).write(&path).unwrap();
+        let piece = read(&path);
+        assert_eq!(array(&piece, "normal_force"), [2.0; 2]);
+        assert_eq!(array(&piece, "tangential_force"), [0.0, 0.25, 0.0, 0.0, 0.25, 0.0]);
     }
 
     #[test]

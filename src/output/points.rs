@@ -1,6 +1,6 @@
 //! Particles as points (`.vtp`): a vertex each, at its wrapped position, in double precision, so that a run can begin from them.
 //!
-//! Arrays: `id`, `kind` (section of the case, counted from 0), `equivalent_diameter` (m), `size` (m: edges of the box that holds
+//! Arrays: `id`, `kind` (section of the case, counted from 0), `equivalent_diameter` (m), `volume` (m^3), `mass` (kg), `size` (m: edges of the box that holds
 //! the shape as the case gives it), `orientation` (unit quaternion `w, x, y, z` that turns the shape as the case gives it),
 //! `velocity` and `speed` (m/s), `angular_velocity` (1/s), `contact_force` (N), `contact_torque` (N m), and in a fluid
 //! `hydrodynamic_force` (N, buoyancy included) and `hydrodynamic_torque` (N m) of the last step. `ParaView`'s 3D Glyphs of unit size,
@@ -32,6 +32,8 @@ struct Kind {
     /// From the axes of the body to those in which the case gives the shape.
     frame: Quat,
     diameter: f64,
+    volume: f64,
+    mass: f64,
     size: Vec3,
 }
 
@@ -44,7 +46,14 @@ impl ParticlePoints {
             kinds: kinds
                 .map(|((template, &section), &frame)| {
                     let (low, high) = template.shape.bounds(&frame);
-                    Kind { section, frame, diameter: template.shape.equivalent_diameter(), size: high - low }
+                    Kind {
+                        section,
+                        frame,
+                        diameter: template.shape.equivalent_diameter(),
+                        volume: template.shape.volume(),
+                        mass: template.mass(),
+                        size: high - low,
+                    }
                 })
                 .collect(),
         }
@@ -59,10 +68,12 @@ impl ParticlePoints {
             let point = data.point(domain.wrap(particle.position()));
             data.vertex(point);
         }
-        data.scalars("speed", all().map(|p| p.velocity().norm()));
+        data.scalars("speed (m/s)", all().map(|p| p.velocity().norm()));
         data.integers("id", all().map(|p| p.id).collect());
         data.integers("kind", all().map(|p| of(p).section as u32).collect());
-        data.scalars("equivalent_diameter", all().map(|p| of(p).diameter));
+        data.scalars("equivalent_diameter (m)", all().map(|p| of(p).diameter));
+        data.scalars("volume (m^3)", all().map(|p| of(p).volume));
+        data.scalars("mass (kg)", all().map(|p| of(p).mass));
         data.tuples(
             "orientation",
             all().map(|p| {
@@ -70,15 +81,15 @@ impl ParticlePoints {
                 [w, i, j, k]
             }),
         );
-        data.vectors("velocity", all().map(Particle::velocity));
-        data.vectors("size", all().map(|p| of(p).size));
-        data.vectors("angular_velocity", all().map(Particle::angular_velocity));
-        data.vectors("contact_force", all().map(|p| p.contact_force.into()));
-        data.vectors("contact_torque", all().map(|p| p.contact_torque.into()));
+        data.vectors("velocity (m/s)", all().map(Particle::velocity));
+        data.vectors("size (m)", all().map(|p| of(p).size));
+        data.vectors("angular_velocity (1/s)", all().map(Particle::angular_velocity));
+        data.vectors("contact_force (N)", all().map(|p| p.contact_force.into()));
+        data.vectors("contact_torque (N m)", all().map(|p| p.contact_torque.into()));
         if let Some(loads) = hydrodynamic {
             assert_eq!(loads.len(), particles.len(), "one force and torque for each particle");
-            data.vectors("hydrodynamic_force", loads.iter().map(|load| load.force));
-            data.vectors("hydrodynamic_torque", loads.iter().map(|load| load.torque));
+            data.vectors("hydrodynamic_force (N)", loads.iter().map(|load| load.force));
+            data.vectors("hydrodynamic_torque (N m)", loads.iter().map(|load| load.torque));
         }
         data
     }
@@ -239,6 +250,20 @@ mod tests {
             assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i].torque);
             assert_eq!(array(&piece, "id")[i] as u64, particle.id);
             assert_eq!(array(&piece, "kind")[i] as usize, [0, 3][i % 2]);
+        }
+    }
+
+    #[test]
+    fn volume_and_mass_are_those_of_the_shape() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("particles.vtp");
+        points().data(&BOX, &particles(), None).write(&path).unwrap();
+        let piece = read(&path);
+        let sphere = std::f64::consts::PI / 6.0 * 0.125;
+        for (name, expected) in [("volume", [sphere, 0.006]), ("mass", [2.0 * sphere, 0.012])] {
+            for (i, value) in array(&piece, name).into_iter().enumerate() {
+                assert!((value / expected[i % 2] - 1.0).abs() < 1e-12, "{name} of {i}: {value}");
+            }
         }
     }
 

@@ -7,12 +7,12 @@
 //! | errors of writing are dropped: a full disk is `Ok` | encoded in memory, written by [`write_bytes`] |
 //! | counts that are zero are left out, and VTK refuses a piece without them | put into the text |
 //! | an empty array that is compressed claims a whole block, which VTK looks for | files without points are not compressed |
-//! | no time in polygonal data | times stand in the collection (`.pvd`) |
+//! | no field data: no time, no units | times stand in the collection (`.pvd`); [units] are put into the text |
 //! | indices of pieces cannot be written without the pieces | [`pieces`] writes them |
 //! | arrays are encoded as text, in memory as a whole | [`vti`](super::vti) writes fields as a stream of raw blocks |
 
 use super::atomic::write_bytes;
-use super::pieces;
+use super::{pieces, units};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use std::io;
@@ -29,7 +29,10 @@ const NO_COUNTS: &str = "<Piece>";
 const COUNTS: &str =
     "<Piece NumberOfPoints=\"0\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfPolys=\"0\">";
 
-/// Polygonal data; every array has its values for all points, in their order.
+/// Text of a file after which its field data begin.
+const BEGINNING: &str = "<PolyData>";
+
+/// Polygonal data; every array has its values for all points, in their order. Names of arrays are given with their unit, `speed (m/s)`.
 #[derive(Debug, Default)]
 pub struct PolyData {
     /// Numbers are `f64`, to resume from, instead of `f32`, to look at.
@@ -39,6 +42,8 @@ pub struct PolyData {
     lines: Cells,
     polygons: Cells,
     arrays: Vec<DataArray>,
+    /// Of the arrays, in their order.
+    units: Vec<String>,
 }
 
 /// Cells of one kind: the points of all, and where each ends among them.
@@ -97,37 +102,47 @@ impl PolyData {
         self.polygons.add(points);
     }
 
-    fn array(&mut self, array: DataArray, values: impl IntoIterator<Item = f64>) {
-        let values = self.buffer(values);
-        self.arrays.push(array.with_data(values));
+    /// Adds an array of the name in `head`.
+    fn array(&mut self, head: &str, array: DataArray, values: IOBuffer) {
+        let (name, unit) = units::split(head);
+        self.arrays.push(DataArray { name: name.to_owned(), ..array }.with_data(values));
+        self.units.push(unit.to_owned());
+    }
+
+    /// The field data.
+    fn units(&self) -> String {
+        let names = self.arrays.iter().map(|array| &*array.name);
+        units::field_data("", names.zip(self.units.iter().map(String::as_str)))
     }
 
     /// Numbers of all points.
-    pub(super) fn scalars(&mut self, name: &str, values: impl IntoIterator<Item = f64>) {
-        self.array(DataArray::scalars(name, 1), values);
+    pub(super) fn scalars(&mut self, head: &str, values: impl IntoIterator<Item = f64>) {
+        self.array(head, DataArray::scalars("", 1), self.buffer(values));
     }
 
     /// Tuples of numbers of all points that are no vectors.
-    pub(super) fn tuples<const N: usize>(&mut self, name: &str, values: impl IntoIterator<Item = [f64; N]>) {
-        self.array(DataArray::scalars(name, N as u32), values.into_iter().flatten());
+    pub(super) fn tuples<const N: usize>(&mut self, head: &str, values: impl IntoIterator<Item = [f64; N]>) {
+        self.array(head, DataArray::scalars("", N as u32), self.buffer(values.into_iter().flatten()));
     }
 
     /// Whole numbers of all points, of any type of VTK.
-    pub(super) fn integers<I>(&mut self, name: &str, values: Vec<I>)
+    pub(super) fn integers<I>(&mut self, head: &str, values: Vec<I>)
     where
         IOBuffer: From<Vec<I>>,
     {
-        self.arrays.push(DataArray::scalars(name, 1).with_data(values));
+        self.array(head, DataArray::scalars("", 1), IOBuffer::from(values));
     }
 
     /// Vectors of all points.
-    pub(super) fn vectors(&mut self, name: &str, values: impl IntoIterator<Item = Vec3>) {
-        self.array(DataArray::vectors(name), values.into_iter().flat_map(<[f64; 3]>::from));
+    pub(super) fn vectors(&mut self, head: &str, values: impl IntoIterator<Item = Vec3>) {
+        let values = self.buffer(values.into_iter().flat_map(<[f64; 3]>::from));
+        self.array(head, DataArray::vectors(""), values);
     }
 
     /// Normals of all points: what looks at them takes the surface for smooth.
     pub(super) fn normals(&mut self, values: impl IntoIterator<Item = Vec3>) {
-        self.array(DataArray::normals("Normals"), values.into_iter().flat_map(<[f64; 3]>::from));
+        let values = self.buffer(values.into_iter().flat_map(<[f64; 3]>::from));
+        self.array("Normals", DataArray::normals(""), values);
     }
 
     /// Writes the index of a `file` whose [pieces](pieces::piece), with the arrays of this, are all written; its path.
@@ -152,7 +167,8 @@ impl PolyData {
             "PPolyData",
             "",
             &format!(
-                "<PPointData {}>\n{declared}</PPointData>\n<PPoints>\n{points}</PPoints>\n",
+                "{}<PPointData {}>\n{declared}</PPointData>\n<PPoints>\n{points}</PPoints>\n",
+                self.units(),
                 active.join(" ")
             ),
             (0..pieces).map(|_| String::new()),
@@ -161,6 +177,7 @@ impl PolyData {
 
     /// Writes a file that VTK reads, without points, too.
     pub fn write(self, path: &Path) -> Result<()> {
+        let units = self.units();
         let piece = PolyDataPiece {
             points: self.buffer(self.points.iter().copied()),
             verts: self.vertices.topology(),
@@ -179,6 +196,9 @@ impl PolyData {
         if empty {
             bytes = String::from_utf8_lossy(&bytes).replace(NO_COUNTS, COUNTS).into_bytes();
         }
+        let beginning = bytes.windows(BEGINNING.len()).position(|text| text == BEGINNING.as_bytes());
+        let after = beginning.expect("vtkio writes the element") + BEGINNING.len();
+        bytes.splice(after..after, units.into_bytes());
         write_bytes(path, &bytes)
     }
 }

@@ -108,13 +108,13 @@ pub const DEFINITIONS: [(&str, &str); 26] = [
          the stress on the plates is viscosity times shear rate, plus this and the contact stress, minus the Reynolds stress.",
     ),
     ("fluid_force", "Force of the fluid on the wall in the last step, without the pressure at rest."),
+    ("contact_force", "Force of contacts on the wall, or on all bodies of a section with prescribed motion."),
     ("shear_stress", "Force of fluid and contacts along a plane wall over its area in the box. Planes only."),
     (
         "hydrodynamic_force",
         "Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy: `drag` is without.",
     ),
     ("hydrodynamic_torque", "Torque of the fluid on them, about the centre of each."),
-    ("contact_force", "Force of contacts on them."),
     ("contact_torque", "Torque of contacts on them, about the centre of each."),
     (
         "drag",
@@ -124,7 +124,8 @@ pub const DEFINITIONS: [(&str, &str); 26] = [
 ];
 
 /// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
-pub const WALL_COLUMNS: [(&str, &str); 2] = [("fluid_force", "N"), ("shear_stress", "Pa")];
+pub const WALL_COLUMNS: [(&str, &str); 3] =
+    [("fluid_force", "N"), ("contact_force", "N"), ("shear_stress", "Pa")];
 
 /// True of the names of the columns of walls and of bodies with prescribed motion.
 pub fn is_of_a_body(name: &str) -> bool {
@@ -132,11 +133,11 @@ pub fn is_of_a_body(name: &str) -> bool {
     rest.is_some_and(|rest| rest.starts_with('_'))
 }
 
-/// Header of the columns of walls, wall by wall: force of the fluid on it in the last step, without the pressure at rest; and of planes
-/// the shear stress, the force of fluid and contacts along the plane over its area in the box.
+/// Header of the columns of walls, wall by wall: force of the fluid on it in the last step, without the pressure at rest; force of
+/// contacts; and of planes the shear stress, the force of fluid and contacts along the plane over its area in the box.
 pub fn wall_columns(walls: &[Wall]) -> impl Iterator<Item = String> {
     walls.iter().flat_map(|wall| {
-        let known = if wall.surface.is_plane() { 2 } else { 1 };
+        let known = WALL_COLUMNS.len() - usize::from(!wall.surface.is_plane());
         WALL_COLUMNS[..known].iter().flat_map(|(what, unit)| {
             ["x", "y", "z"].map(|axis| format!("{what}_{}_{axis} ({unit})", wall.name))
         })
@@ -418,7 +419,8 @@ mod tests {
 
     #[test]
     fn every_column_has_one_definition_and_every_definition_a_column() {
-        let of_bodies = WALL_COLUMNS.iter().chain(&LOADS).map(|(name, _)| *name);
+        // Walls and bodies share one.
+        let of_bodies = WALL_COLUMNS.iter().chain(&LOADS[..2]).chain(&LOADS[3..]).map(|(name, _)| *name);
         let names = COLUMNS.iter().map(|head| head.split(" (").next().unwrap()).chain(of_bodies);
         let quantity = |name: &'static str| match name.rsplit_once('_') {
             Some((vector, "x" | "y" | "z" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz")) => vector,

@@ -75,7 +75,8 @@ pub struct Summary {
     pub mlups: f64,
     /// Wall time of all steps since the run began or was resumed (s).
     pub wall_seconds: f64,
-    /// Seconds per step by stage.
+    /// Seconds per step by stage, in the mean over all steps: `pictures` (drawing) and `observe` (all other output) take their time at the
+    /// steps at which something is due.
     pub stages: BTreeMap<String, f64>,
     /// Storage of the populations.
     pub precision: String,

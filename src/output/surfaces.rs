@@ -80,17 +80,18 @@ impl ParticleSurfaces {
         }
 
         let count = |particle: &Particle| of(particle).points.len();
-        data.scalars("speed", each(particles, &count, |p| p.velocity().norm()));
+        data.scalars("speed (m/s)", each(particles, &count, |p| p.velocity().norm()));
         data.integers("id", each(particles, &count, |p| p.id).collect());
         data.integers(
             "kind",
             each(particles, &count, |p| self.sections[p.template as usize] as u32).collect(),
         );
-        data.scalars("equivalent_diameter", each(particles, &count, |p| self.diameters[p.template as usize]));
-        data.vectors("velocity", each(particles, &count, Particle::velocity));
-        data.vectors("angular_velocity", each(particles, &count, Particle::angular_velocity));
+        let diameter = |p: &Particle| self.diameters[p.template as usize];
+        data.scalars("equivalent_diameter (m)", each(particles, &count, diameter));
+        data.vectors("velocity (m/s)", each(particles, &count, Particle::velocity));
+        data.vectors("angular_velocity (1/s)", each(particles, &count, Particle::angular_velocity));
         if forces {
-            data.vectors("contact_force", each(particles, &count, |p| Vec3::from(p.contact_force)));
+            data.vectors("contact_force (N)", each(particles, &count, |p| Vec3::from(p.contact_force)));
         }
         if let Some(normals) = &self.normals {
             data.normals(particles.iter().flat_map(|p| {

@@ -10,7 +10,7 @@
 //! in memory but one block. Pieces have the extents of their blocks in the box: neighbours share a plane of points, but no cell.
 
 use super::atomic::write_atomically;
-use super::pieces;
+use super::{pieces, units};
 use crate::domain::{Block, Domain};
 use crate::error::Result;
 use std::io::{self, Seek, SeekFrom, Write};
@@ -32,14 +32,15 @@ const BLOCK_BYTES: usize = 3 << 16;
 /// Blanks for an offset; more digits than any `u64`.
 const OFFSET_WIDTH: usize = 20;
 
-/// Names and components of the arrays, in their order.
-const ARRAYS: [(&str, usize); 3] = [("velocity", 3), ("pressure", 1), ("solid_fraction", 1)];
+/// Names, units and components of the arrays, in their order.
+const ARRAYS: [(&str, &str, usize); 3] =
+    [("velocity", "m/s", 3), ("pressure", "Pa", 1), ("solid_fraction", "-", 1)];
 
 /// Writes the fields of a block of the box at a time (s) as cell data. Panics unless there is one value per cell.
 pub fn write_fields(path: &Path, domain: &Domain, block: &Block, time: f64, fields: &Fields) -> Result<()> {
     let arrays: [&[f32]; ARRAYS.len()] =
         [fields.velocity.as_flattened(), &fields.pressure, &fields.solid_fraction];
-    for (array, (name, components)) in arrays.iter().zip(ARRAYS) {
+    for (array, (name, _, components)) in arrays.iter().zip(ARRAYS) {
         assert_eq!(array.len(), components * block.cell_count(), "{name}: one value per cell");
     }
     write_atomically(path, |file| write_image(file, &image(block, domain.dx), block, time, &arrays))
@@ -49,14 +50,14 @@ pub fn write_fields(path: &Path, domain: &Domain, block: &Block, time: f64, fiel
 pub fn write_fields_index(file: &Path, domain: &Domain, time: f64, blocks: &[Block]) -> Result<PathBuf> {
     let whole = Block { lo: [0; 3], hi: domain.cells };
     let mut declared = String::new();
-    for (name, components) in ARRAYS {
+    for (name, _, components) in ARRAYS {
         declared += &pieces::array("Float32", name, components);
     }
     pieces::write_index(
         file,
         "PImageData",
         &image(&whole, domain.dx),
-        &format!("{}<PCellData {ACTIVE}>\n{declared}</PCellData>\n", time_value(time)),
+        &format!("{}<PCellData {ACTIVE}>\n{declared}</PCellData>\n", field_data(time)),
         blocks.iter().map(|block| format!(" Extent=\"{}\"", extent(block))),
     )
 }
@@ -75,11 +76,11 @@ fn extent(Block { lo, hi }: &Block) -> String {
     format!("{} {} {} {} {} {}", lo[0], hi[0], lo[1], hi[1], lo[2], hi[2])
 }
 
-fn time_value(time: f64) -> String {
-    format!(
-        "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time}</DataArray>\n\
-         </FieldData>\n"
-    )
+fn field_data(time: f64) -> String {
+    let time = format!(
+        "<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{time}</DataArray>\n"
+    );
+    units::field_data(&time, ARRAYS.map(|(name, unit, _)| (name, unit)))
 }
 
 fn write_image<W: Write + Seek>(
@@ -95,14 +96,14 @@ fn write_image<W: Write + Seek>(
         r#"<?xml version="1.0"?>
 <VTKFile type="ImageData" version="1.0" byte_order="{byte_order}" header_type="UInt64" compressor="vtkLZ4DataCompressor">
 <ImageData{image}>
-{time}<Piece Extent="{extent}">
+{field_data}<Piece Extent="{extent}">
 <CellData {ACTIVE}>
 "#,
-        time = time_value(time),
+        field_data = field_data(time),
         extent = extent(block),
     )?;
     let mut offset_places = Vec::with_capacity(arrays.len());
-    for (name, components) in ARRAYS {
+    for (name, _, components) in ARRAYS {
         write!(
             out,
             r#"<DataArray type="Float32" Name="{name}" NumberOfComponents="{components}" format="appended" offset=""#

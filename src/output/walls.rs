@@ -30,7 +30,7 @@ pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
         }
     }
     data.integers("wall", indices);
-    data.vectors("velocity", velocities);
+    data.vectors("velocity (m/s)", velocities);
     data.normals(normals);
     data.write(path)
 }

@@ -24,7 +24,7 @@ const MOTION: std::ops::Range<usize> = 13..19;
 const EXPECTED: &str = "expected lines of x;y;z;rx;ry;rz;id (metres, degrees), or CSV whose header names x, y, z and \
                         optionally rx, ry, rz or qx, qy, qz, qw, id, kind, diameter, vx, vy, vz, wx, wy, wz";
 /// Header of what [`format()`] writes.
-const WRITTEN: &str = "x;y;z;qx;qy;qz;qw;id;kind;diameter;vx;vy;vz;wx;wy;wz";
+const WRITTEN: &str = "x,y,z,qx,qy,qz,qw,id,kind,diameter,vx,vy,vz,wx,wy,wz";
 
 /// Numbers of particles stay below this, so that programs that read them as floating point keep them apart.
 const MAX_ID: u64 = 1 << 53;
@@ -199,7 +199,7 @@ pub fn format(rows: impl IntoIterator<Item = Row>) -> String {
         let Row { id, kind, diameter, .. } = row;
         writeln!(
             text,
-            "{x:?};{y:?};{z:?};{qx:?};{qy:?};{qz:?};{qw:?};{id};{kind};{diameter:?};{vx:?};{vy:?};{vz:?};{wx:?};{wy:?};{wz:?}"
+            "{x:?},{y:?},{z:?},{qx:?},{qy:?},{qz:?},{qw:?},{id},{kind},{diameter:?},{vx:?},{vy:?},{vz:?},{wx:?},{wy:?},{wz:?}"
         )
         .expect("a string can always grow");
     }

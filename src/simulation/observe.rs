@@ -27,6 +27,9 @@ use std::time::Instant;
 pub(super) use summary::device_name;
 pub use summary::instruction_set;
 
+/// Name of the writer whose time is a stage of its own.
+pub(super) const PICTURES: &str = "pictures";
+
 /// All writers of a run.
 pub(super) type Writers<'a> = Vec<Box<dyn Writer + 'a>>;
 
@@ -44,6 +47,8 @@ pub(super) struct Observer<'a> {
     /// True if every rank writes its own pieces of files.
     pieces: bool,
     is_root: bool,
+    /// Time (s) that the pictures of this step took to draw, if there were any.
+    drawn: Option<f64>,
     /// Warnings so far, those about the case first.
     warnings: Vec<String>,
     /// Only on rank 0.
@@ -104,6 +109,7 @@ impl<'a> Observer<'a> {
             writers,
             pieces: comm.ranks_per_process() < comm.size(),
             is_root,
+            drawn: None,
             warnings: setup.provenance.warnings.clone(),
             progress,
         }
@@ -180,7 +186,11 @@ impl<'a> Observer<'a> {
         for &i in &due {
             self.done[i] = Some(step);
         }
-        simulation.timings.add("observe", start.elapsed().as_secs_f64());
+        let drawn = self.drawn.take();
+        if let Some(drawn) = drawn {
+            simulation.timings.add(PICTURES, drawn);
+        }
+        simulation.timings.add("observe", start.elapsed().as_secs_f64() - drawn.unwrap_or(0.0));
         outcome
     }
 
@@ -227,7 +237,8 @@ impl<'a> Observer<'a> {
         }
         if outcome.is_ok() && self.is_root {
             outcome = due.iter().zip(selected).try_for_each(|(&i, selected)| {
-                self.writers[i].complete(&RootOutput {
+                let start = Instant::now();
+                let done = self.writers[i].complete(&RootOutput {
                     step: simulation.step,
                     time,
                     row: row.as_ref(),
@@ -235,7 +246,11 @@ impl<'a> Observer<'a> {
                     slices: &slices,
                     contacts: &contacts,
                     pieces: self.pieces.then_some(cut),
-                })
+                });
+                if self.writers[i].name() == PICTURES {
+                    self.drawn = Some(start.elapsed().as_secs_f64());
+                }
+                done
             });
         }
         simulation.comm.agree(outcome)

@@ -256,7 +256,7 @@ fn the_page_on_tables_has_every_column() {
     let mut out = String::from(
         "# Tables: every column\n\nThe first row of a table has the name and the unit of each column. This page is made from the source.\n\n\
          ## series.csv\n\nA row is the state between two steps: all forces of the steps so far have acted, and none of the coming one. Here `v` \
-         is the velocity of a\nparticle, `m` its mass, `V_p` its volume, `D` the diameter of the first kind of particle, `V` the volume of the \
+         is the velocity of a\nparticle, `m` its mass, `V_p` its volume, `D` the diameter of the first kind of particle before its `sizes`, `V` the volume of the \
          box that is in no\nwall (without a fluid of the whole box), `u` the velocity of the fluid, `rho` its density, `g` gravity, and `<>` a \
          mean over the\nparticles.\n\n",
     );

@@ -152,3 +152,40 @@ fn files_of_an_own_writer_that_an_earlier_run_has_left_are_refused_and_with_over
     run(&overwrite).unwrap();
     assert!(!late.exists() && NUMBERED.file(&root.join("out"), 8).exists());
 }
+
+/// Counts what is asked of it.
+struct Seldom {
+    is_due: std::cell::Cell<bool>,
+}
+
+impl Writer for Seldom {
+    fn name(&self) -> &'static str {
+        "seldom"
+    }
+
+    fn every(&self) -> u64 {
+        24
+    }
+
+    fn due(&self, step: u64, _: bool) -> bool {
+        self.is_due.set(step.is_multiple_of(self.every()));
+        self.is_due.get()
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        assert!(self.is_due.get(), "of a step at which nothing is due");
+        vec![Need::Selected]
+    }
+
+    fn selects(&self, _: &Particle) -> bool {
+        assert!(self.is_due.get(), "of a step at which nothing is due");
+        true
+    }
+}
+
+#[test]
+fn nothing_is_gathered_for_a_writer_at_steps_at_which_it_is_not_due() {
+    let place = tempfile::tempdir().unwrap();
+    let seldom = |_: usize| -> Vec<Box<dyn Writer>> { vec![Box::new(Seldom { is_due: false.into() })] };
+    run_with(&setup(place.path(), 2, 48), &RunOptions::default(), &seldom).unwrap();
+}

@@ -183,7 +183,7 @@ fn a_run_writes_everything_it_promises() {
         assert!(summary[key].as_f64().is_some_and(|x| x > 0.0), "{key}: {}", summary[key]);
     }
     let stages = summary["stages"].as_object().unwrap();
-    for stage in ["map", "fluid", "halo", "loads", "dem"] {
+    for stage in ["map", "fluid", "halo", "loads", "dem", "observe", "pictures"] {
         assert!(stages[stage].as_f64().is_some(), "{stage}");
     }
     assert_eq!(summary["interrupted"], false);

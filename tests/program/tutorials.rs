@@ -3,7 +3,7 @@
 
 use crate::common::{PROGRAM, Place, in_tree, words};
 use pulldown_cmark::{CodeBlockKind, Event, Parser, Tag};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs;
 use std::process::{Command, Stdio};
@@ -154,8 +154,19 @@ fn the_page_on_commands_is_the_help_of_the_program() {
     assert!(stored == out, "out of date; run: UPDATE=1 cargo test --test program tutorials");
 }
 
+/// Units of the arrays of a file for VTK, by their names: texts as the codes of their bytes, each ended by a zero.
+fn units(file: &str) -> BTreeMap<String, String> {
+    let (_, rest) = file.split_once("Name=\"units\"").unwrap();
+    let (_, rest) = rest.split_once('>').unwrap();
+    let codes = rest.split('<').next().unwrap().split_whitespace();
+    let bytes = codes.map(|code| code.parse().unwrap()).collect();
+    let text = String::from_utf8(bytes).unwrap();
+    let entries = text.split_terminator('\0').map(|entry| entry.split_once(": ").unwrap());
+    entries.map(|(name, unit)| (name.to_owned(), unit.to_owned())).collect()
+}
+
 #[test]
-fn the_page_on_arrays_has_those_of_every_file() {
+fn the_page_on_arrays_has_those_of_every_file_with_their_units() {
     let page = fs::read_to_string(in_tree("docs/reference/arrays.md")).unwrap();
     let place = Place::empty();
     let case = in_tree("docs/tutorials/own-shape/grains.toml");
@@ -175,11 +186,18 @@ fn the_page_on_arrays_has_those_of_every_file() {
         let text = String::from_utf8_lossy(&bytes);
         let (_, rest) = page.split_once(&format!("\n## {section}")).unwrap();
         let section = rest.split("\n## ").next().unwrap();
+        let units = units(&text);
         for name in text.split(" Name=\"").skip(1).map(|rest| rest.split('"').next().unwrap()) {
-            if !of_vtk.contains(&name) {
-                assert!(section.contains(&format!("`{name}`")), "{file}: `{name}`");
-                found.insert(name.to_string());
+            if name == "units" || of_vtk.contains(&name) {
+                continue;
             }
+            let quoted = format!("`{name}`");
+            assert!(section.contains(&quoted), "{file}: {quoted}");
+            let unit = units.get(name).unwrap_or_else(|| panic!("{file}: no unit of {quoted}"));
+            if let Some(row) = section.lines().find(|row| row.starts_with('|') && row.contains(&quoted)) {
+                assert_eq!(row.split(" | ").nth(1), Some(unit.as_str()), "{file}: {quoted}");
+            }
+            found.insert(name.to_string());
         }
     }
     assert!(found.len() > 15, "{found:?}");

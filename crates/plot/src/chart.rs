@@ -9,6 +9,7 @@ mod looks;
 mod panel;
 
 use crate::drawing::{Curve, Drawing, Figure, Readings};
+use crate::markup::bare;
 use layout::Layout;
 use looks::{Legend, Looks};
 use serde::{Deserialize, Serialize};
@@ -159,7 +160,7 @@ impl Chart {
             panel::draw(&mut drawing, self, &layout, index, &looks);
         }
         let readings = self.readings(&layout, &looks);
-        Figure { size: layout.size, title: self.title.clone(), drawing, readings }
+        Figure { size: layout.size, title: bare(&self.title), drawing, readings }
     }
 
     /// Values at the points that can be told apart by a pointer.

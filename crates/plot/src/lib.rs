@@ -18,7 +18,7 @@
 //! # Text
 //! In titles, labels and names a letter that stands alone is a symbol, as are the names of Greek letters; `^` raises the word that
 //! follows, and `_` after a symbol lowers it: `"u / u_Stokes"`, `"acceleration (m/s^2)"`. The unit of an axis stands in parentheses at the
-//! end of its label; `(-)` stands for none.
+//! end of its label; `(-)` stands for none. A [`literal()`] is set as it is.
 
 mod bars;
 mod chart;
@@ -39,6 +39,7 @@ pub use colour::{BLUE, Colours, INK, KINDS, REFERENCES, VERMILION, WALL};
 pub use drawing::{Curve, Figure, Format, Readings};
 pub use film::film;
 pub use image::Image;
+pub use markup::literal;
 pub use picture::{Bar, Picture};
 pub use view::{Item, Mesh, Paint, Triangle, View};
 

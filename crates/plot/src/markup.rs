@@ -9,6 +9,22 @@ pub(crate) struct Span {
     pub(crate) rise: f32,
 }
 
+/// Between these a text is set as it is: the isolates of Unicode.
+const LITERAL: [char; 2] = ['\u{2068}', '\u{2069}'];
+
+/// A text that is set as it is, without symbols: a name that a user has given.
+pub fn literal(text: &str) -> String {
+    // Words stay apart, so that lines can break between them.
+    let [open, close] = LITERAL;
+    let words: Vec<String> = text.split(' ').map(|word| format!("{open}{word}{close}")).collect();
+    words.join(" ")
+}
+
+/// A text without its markup of [literal] parts.
+pub(crate) fn bare(text: &str) -> String {
+    text.replace(LITERAL, "")
+}
+
 const SUBSCRIPT: f32 = -0.22;
 const SUPERSCRIPT: f32 = 0.32;
 
@@ -32,7 +48,7 @@ const NUMBERS: [&str; 4] = ["Ar", "Ga", "Re", "St"];
 ///
 /// `^` raises the word after it (letters, digits, a sign before), and `_` after a symbol lowers it. A symbol is a single
 /// letter outside of parentheses, but for the article, the name of a Greek one (`phi`), or a characteristic number (`Re`); a star
-/// right after it is raised. What follows a number is its unit, unless it is the diameter D. A hyphen between blanks is a minus.
+/// right after it is raised; a [literal] is none of this. What follows a number is its unit, unless it is the diameter D. A hyphen between blanks is a minus.
 pub(crate) fn spans(text: &str) -> Vec<Span> {
     let mut spans = Vec::new();
     let mut push = |text: &str, italic, rise| spans.push(Span { text: text.to_string(), italic, rise });
@@ -45,6 +61,13 @@ pub(crate) fn spans(text: &str) -> Vec<Span> {
     let mut before = ' ';
     while let Some(first) = rest.chars().next() {
         let taken = match first {
+            open if open == LITERAL[0] => {
+                let word = &rest[open.len_utf8()..];
+                let length = word.find(LITERAL[1]).unwrap_or(word.len());
+                push(&word[..length], false, 0.0);
+                letter = false;
+                (open.len_utf8() + length + LITERAL[1].len_utf8()).min(rest.len())
+            }
             '_' | '^' if (first == '^' || letter) && script(&rest[1..]) > 0 => {
                 let length = script(&rest[1..]);
                 let rise = if first == '_' { SUBSCRIPT } else { SUPERSCRIPT };
@@ -152,6 +175,15 @@ mod tests {
         ] {
             assert_eq!(written(text), expected);
         }
+    }
+
+    #[test]
+    fn a_literal_text_has_no_symbols_and_may_break_between_its_words() {
+        for name in ["b", "e_05", "mu_a", "z_ x^2"] {
+            assert_eq!(written(&literal(name)), name);
+            assert_eq!(bare(&literal(name)), name);
+        }
+        assert_eq!(written(&format!("{}: speed u", literal("a_b"))), "a_b: speed <u>");
     }
 
     #[test]

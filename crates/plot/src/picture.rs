@@ -3,14 +3,14 @@
 use crate::colour::{Colours, INK, WALL};
 use crate::drawing::{Align, Area, Drawing, Figure, Mark, Readings, Stroke};
 use crate::image::Image;
-use crate::markup::axis_label;
+use crate::markup::{axis_label, literal};
 use crate::scale::{Ends, Scale, Side};
 use crate::text::width;
 
 /// Contents of a picture.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// Above the image, on the left.
+    /// Name above the image, on the left; no symbols.
     pub title: String,
     /// Above the image, on the right.
     pub caption: String,
@@ -66,7 +66,8 @@ impl Picture {
         let y = scale(self.y.1, (height / 110.0).max(2.0));
         let beside = self.bar.space(height, 1.0);
         let (left, right) = ((NAME_SPACE + y.widest(NUMBER)).ceil(), beside.ceil());
-        let titles = (width(&self.title, TITLE) + width(&self.caption, TITLE) + 2.0 * TITLE).floor();
+        let name = literal(&self.title);
+        let titles = (width(&name, TITLE) + width(&self.caption, TITLE) + 2.0 * TITLE).floor();
         let size = (left + right + width_.max(titles), (TOP + height + BOTTOM).max(LOWEST));
         let l = left + (0.5 * (size.0 - left - right - width_)).floor();
         let t = TOP + (0.5 * (size.1 - TOP - BOTTOM - height)).floor();
@@ -77,7 +78,7 @@ impl Picture {
         self.draw_walls(&mut drawing, area);
         drawing.frame(area, Stroke::new(INK, 2.0));
         let inset = 0.5 * (titles - width_).max(0.0);
-        drawing.text(&self.title, TITLE, (l - inset, t - 26.0), Align::Start, INK);
+        drawing.text(&name, TITLE, (l - inset, t - 26.0), Align::Start, INK);
         drawing.text(&self.caption, TITLE, (r + inset, t - 26.0), Align::End, INK);
 
         x.draw(&mut drawing, Side::Below, area, NUMBER);

@@ -11,6 +11,7 @@ mod vector;
 use crate::colour::INK;
 use crate::drawing::{Align, Drawing, Figure, Mark, Readings, Stroke};
 use crate::image::Image;
+use crate::markup::literal;
 use crate::picture::{Bar, LABEL, TITLE};
 use camera::{Camera, corners};
 use cast::Cast;
@@ -70,7 +71,7 @@ pub enum Paint {
 /// Contents of a view.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// Above, on the left.
+    /// Name above, on the left; no symbols.
     pub title: String,
     /// Above, on the right.
     pub caption: String,
@@ -92,6 +93,8 @@ pub struct View {
     pub seen_through: Vec<Item>,
     /// From the top.
     pub bars: Vec<Bar>,
+    /// A length for comparison, as long as it is in the middle of the box, and its name.
+    pub scale: (f32, String),
     /// Threads that draw; the picture does not depend on them.
     pub threads: usize,
 }
@@ -108,6 +111,8 @@ const LEAST_PART: f32 = 0.45;
 /// Margin of the page, and length of the cross of axes (pixels).
 const MARGIN: f32 = 28.0;
 const CROSS: f32 = 46.0;
+/// Half the length of the lines at the ends of the scale (pixels).
+const SCALE_END: f32 = 7.0;
 /// Depth at which what is seen through bodies has half its colour, over the diagonal of the box.
 const DEPTH: f32 = 0.12;
 
@@ -119,10 +124,11 @@ impl View {
         let (margin, size) = (part * MARGIN, part * TITLE);
         let mut drawing = Drawing::default();
         drawing.0.push(Mark::Image(self.image(camera), (0, 0)));
-        drawing.text(&self.title, size, (margin, margin + 0.8 * size), Align::Start, INK);
+        drawing.text(&literal(&self.title), size, (margin, margin + 0.8 * size), Align::Start, INK);
         let end = (width as f32 - margin, margin + 0.8 * size);
         drawing.text(&self.caption, size, end, Align::End, INK);
         self.draw_axes(&mut drawing, camera);
+        self.draw_scale(&mut drawing, camera);
         let bar_height = self.bar_height();
         for (i, bar) in self.bars.iter().enumerate() {
             let top = 3.2 * margin + i as f32 * (bar_height + 1.5 * margin);
@@ -201,6 +207,21 @@ impl View {
             Item::tube(tube, corners[a], corners[b], radius, Paint::Flat(EDGE))
         };
         pairs.map(edge).collect()
+    }
+
+    /// A length for comparison, right of the cross of axes and below the box.
+    fn draw_scale(&self, drawing: &mut Drawing, camera: Camera) {
+        let (part, (length, name)) = (self.part(), &self.scale);
+        let left = part * (2.0 * (MARGIN + CROSS) + MARGIN);
+        let right = left + length * camera.place(self.middle())[2] * camera.focus;
+        let (y, end, label) =
+            (self.size[1] as f32 - 0.75 * part * MARGIN, part * SCALE_END, part * 0.8 * LABEL);
+        let stroke = Stroke::new(INK, 2.5 * part.max(0.6));
+        drawing.line(&[(left, y), (right, y)], stroke);
+        for x in [left, right] {
+            drawing.line(&[(x, y - end), (x, y + end)], stroke);
+        }
+        drawing.text(name, label, (right + 2.0 * end, y + 0.36 * label), Align::Start, INK);
     }
 
     /// A small cross of the axes in the lower left corner.

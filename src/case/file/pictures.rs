@@ -27,8 +27,8 @@ pub struct SliceSection {
     /// Coordinate along that axis (m). Default: the middle of the box.
     pub position: Option<f64>,
     /// Quantity in colour: the speed or a component of the velocity (m/s), the vorticity along the normal (1/s), or the pressure (Pa).
-    /// Default "speed".
-    pub quantity: Quantity,
+    /// Default "speed"; where a wall slides, the component along it.
+    pub quantity: Option<Quantity>,
     /// Values at the lower and the upper end of the colours of all pictures, in the unit of the quantity. Default: what is expected of
     /// the run, or else of its first picture.
     pub range: Option<[f64; 2]>,
@@ -67,7 +67,7 @@ pub struct ViewSection {
     #[schemars(transform = page)]
     pub size: [u32; 2],
     /// Colour of the particles: by their speed or a component of their velocity (m/s), angular speed (1/s), sum of contact forces
-    /// (N) or kind, or "plain". Default "speed"; with a slice or force chains "plain".
+    /// (N) or kind, or "plain". Default "speed", or where a wall slides the component along it; with a slice or force chains "plain".
     pub colour: Option<BodyColour>,
     /// Values at the lower and the upper end of these colours in all pictures. Default: as for slices.
     pub range: Option<[f64; 2]>,

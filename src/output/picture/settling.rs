@@ -4,7 +4,7 @@ use super::{Format, write_figure};
 use crate::error::Result;
 use crate::output::Estimate;
 use std::path::Path;
-use turbid_plot::{Axis, Chart, INK, Mark, REFERENCES, Series, Style, VERMILION};
+use turbid_plot::{Axis, Chart, INK, Mark, REFERENCES, Series, Style, VERMILION, literal};
 
 /// Contents of a chart of the settling velocity.
 #[derive(Clone, Copy, Debug)]
@@ -59,7 +59,7 @@ pub fn settling_chart(plot: &SettlingPlot) -> Chart {
     marks.retain(|mark| !matches!(mark, Mark::Level { value, .. } if !value.is_finite()));
     let points = plot.t_star.iter().copied().zip(plot.velocity.iter().copied());
     let mut chart = Chart::new(
-        plot.case,
+        literal(plot.case),
         Axis::new("t* = t u_Stokes / D (-)", false),
         Axis::new("settling velocity  u / u_Stokes (-)", false),
         vec![Series::new("", Style::Measured, points)],

@@ -26,14 +26,13 @@ pub struct Slice<'a> {
     pub scale: &'a Scale,
 }
 
-/// Draws a slice with lengths in diameters of the first kind of particle (in metres without particles). Of the particles those are
-/// enough that the plane [cuts](Plane::cuts). Panics if there are not [as many values](Plane::values) as the plane has points.
+/// Draws a slice with lengths in reference diameters. Of the particles those are enough that the plane [cuts](Plane::cuts). Panics if there are not [as many values](Plane::values) as the plane has points.
 pub fn write_slice(path: &Path, snapshot: &Snapshot, slice: &Slice) -> Result<()> {
     let mut image = slice.flow(snapshot);
     draw_particles(&mut image, snapshot, &slice.plane);
     draw_walls(&mut image, snapshot, &slice.plane);
-    let ((length, unit), plane) = (snapshot.unit(), &slice.plane);
-    let caption = format!("{} = {:.2} {unit}", AXES[plane.normal], plane.height() / length);
+    let plane = &slice.plane;
+    let caption = format!("{} = {:.2} D", AXES[plane.normal], plane.height() / snapshot.diameter);
     let figure = snapshot.figure(plane, image, &caption, slice.scale);
     write_figure(path, &figure, Format::Png)
 }
@@ -132,6 +131,7 @@ mod tests {
             time: 12.3,
             stokes_time: Some(1.0),
             domain: BOX,
+            diameter: 0.6,
             gravity,
             templates: &templates(),
             particles,
@@ -212,6 +212,7 @@ mod tests {
                 time: 12.3,
                 stokes_time: Some(1.0),
                 domain,
+                diameter: 1e-3,
                 gravity: Vec3::zeros(),
                 templates: &[],
                 particles: &[],

@@ -18,6 +18,8 @@ pub struct Snapshot<'a> {
     pub stokes_time: Option<f64>,
     /// The box and its cells.
     pub domain: Domain,
+    /// Reference diameter `D` (m), the unit of length of the axes.
+    pub diameter: f64,
     /// Its gravity (m/s^2), which points down.
     pub gravity: Vec3,
     /// Geometries and materials.
@@ -51,29 +53,16 @@ impl Snapshot<'_> {
         images
     }
 
-    /// Unit of length of the axes (m) and its name: the diameter of the first kind of particle, or a unit that suits the box.
-    pub(super) fn unit(&self) -> (f64, String) {
-        if let Some(template) = self.templates.first() {
-            return (template.shape.equivalent_diameter(), "D".to_owned());
-        }
-        let (prefix, factor) = unit_prefix(self.domain.size().max());
-        (1.0 / factor, format!("{prefix}m"))
-    }
-
     /// The page with a finished image of a plane on it, with a caption.
     pub(super) fn figure(&self, plane: &Plane, image: Image, caption: &str, scale: &Scale) -> Figure {
-        let (length, unit) = self.unit();
-        let label = |axis: usize| match &*unit {
-            "D" => format!("{} / D", AXES[axis]),
-            unit => format!("{} ({unit})", AXES[axis]),
-        };
+        let label = |axis: usize| format!("{} / D", AXES[axis]);
         let closed = |axis: usize| !plane.domain.periodic[axis];
         let picture = Picture {
             title: self.case.to_string(),
             caption: format!("{caption}     {}", self.time_text()),
             image,
-            x: (label(plane.across), plane.size.0 / length),
-            y: (label(plane.up), plane.size.1 / length),
+            x: (label(plane.across), plane.size.0 / self.diameter),
+            y: (label(plane.up), plane.size.1 / self.diameter),
             downwards: plane.flipped,
             bar: scale.bar(),
             closed: [closed(plane.across), closed(plane.up)],
@@ -180,7 +169,7 @@ impl Scale {
 }
 
 /// Prefix of the unit that makes the numbers of order one to a thousand, and the factor to it.
-fn unit_prefix(largest: f64) -> (&'static str, f64) {
+pub(super) fn unit_prefix(largest: f64) -> (&'static str, f64) {
     match largest {
         x if x >= 1.0 || x <= 0.0 || x.is_nan() => ("", 1.0),
         x if x >= 1e-3 => ("m", 1e3),

@@ -2,7 +2,7 @@
 
 use super::plane::Plane;
 use super::slice::Slice;
-use super::snapshot::{Scale, Snapshot};
+use super::snapshot::{Scale, Snapshot, unit_prefix};
 use super::{Format, write_figure};
 use crate::dem::ContactState;
 use crate::error::Result;
@@ -63,10 +63,12 @@ const FINEST: u32 = 5;
 const SHADING: u32 = 1;
 /// Distance from a corner at which its normal is taken, as part of the way to the middle of the triangle.
 const INSIDE: f64 = 1e-3;
-/// Radius of the line of the largest force, over the diameter of the first kind of particle, and the least force that is drawn, over
+/// Radius of the line of the largest force, over the reference diameter, and the least force that is drawn, over
 /// the largest.
 const LINE: f64 = 0.16;
 const LEAST: f64 = 0.02;
+/// Longest scale bar, over the diagonal of the box.
+const SCALE: f64 = 0.2;
 
 /// Draws a view of the box.
 ///
@@ -97,6 +99,7 @@ fn view(snapshot: &Snapshot, scene: &Scene) -> View {
         items: Vec::new(),
         seen_through: Vec::new(),
         bars: Vec::new(),
+        scale: scale_bar(SCALE * snapshot.domain.size().norm() / scene.zoom),
         threads: scene.threads,
     };
     add_bodies(&mut view, snapshot, scene, from);
@@ -159,6 +162,15 @@ fn add_bodies(view: &mut View, snapshot: &Snapshot, scene: &Scene, from: Vec3) {
             paint: Paint::Solid(colour),
         });
     }
+}
+
+/// The longest of 1, 2 or 5 times a power of ten metres up to `longest` (m), and its name.
+fn scale_bar(longest: f64) -> (f32, String) {
+    let power = libm::pow(10.0, longest.log10().floor());
+    let length = [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length| *length <= longest);
+    let length = length.unwrap_or(power);
+    let (prefix, factor) = unit_prefix(1.001 * length);
+    (length as f32, format!("{:.0} {prefix}m", length * factor))
 }
 
 /// True if a body lies wholly between a plane and the eye.
@@ -245,7 +257,7 @@ fn add_slice(view: &mut View, slice: &Slice, snapshot: &Snapshot) {
 fn add_chains(view: &mut View, chains: &Chains, snapshot: &Snapshot) {
     view.meshes.push(Mesh::tube());
     let tube = view.meshes.len() - 1;
-    let (top, diameter) = (chains.scale.range.1, snapshot.unit().0);
+    let (top, diameter) = (chains.scale.range.1, snapshot.diameter);
     let find = |id: u64| -> Option<&Particle> {
         Some(&snapshot.particles[snapshot.particles.binary_search_by_key(&id, |p| p.id).ok()?])
     };

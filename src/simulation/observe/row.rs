@@ -111,8 +111,9 @@ pub(super) fn row(
             .flat_map(|(n, (wall, load))| {
                 // Before the first step there was none to measure in.
                 let fluid = if simulation.step > 0 { load.force } else { Vec3::zeros() };
-                let stress = shear_stress(setup, wall, fluid + vector(ON_WALLS + 3 * n));
-                [Some(fluid), stress.map(|stress| stress.map(by_contacts))].into_iter().flatten()
+                let contacts = vector(ON_WALLS + 3 * n).map(by_contacts);
+                let stress = shear_stress(setup, wall, fluid + contacts);
+                [Some(fluid), Some(contacts), stress].into_iter().flatten()
             })
             .flat_map(<[f64; 3]>::from)
             .collect(),

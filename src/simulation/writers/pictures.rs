@@ -11,6 +11,7 @@ use crate::output::picture::{
     Bodies, Chains, Colours, KINDS, Plane, Scale, Scene, Slice, Snapshot, round_up, write_slice, write_view,
 };
 use crate::particle::Particle;
+use crate::simulation::observe::PICTURES as PICTURES_STAGE;
 use std::collections::BTreeMap;
 
 /// Bytes of a picture.
@@ -129,7 +130,7 @@ enum Coloured {
 
 impl Writer for Pictures<'_> {
     fn name(&self) -> &'static str {
-        "pictures"
+        PICTURES_STAGE
     }
 
     fn every(&self) -> u64 {
@@ -162,6 +163,7 @@ impl Writer for Pictures<'_> {
             time: output.time,
             stokes_time: setup.stokes_time(),
             domain: setup.domain,
+            diameter: setup.diameter,
             gravity: setup.gravity,
             templates: &setup.templates,
             particles: &output.selected,
@@ -213,7 +215,7 @@ impl Writer for Pictures<'_> {
     fn resume(&mut self, state: &WriterState) -> Result<()> {
         // Checkpoints of older versions have none.
         if !state.is_null() {
-            self.tops = parsed("pictures", state)?;
+            self.tops = parsed(self.name(), state)?;
         }
         Ok(())
     }
@@ -266,7 +268,7 @@ impl Measure {
     /// of a vorticity of `4 U / D`, an angular speed of `2 U / D`, a pressure of `rho U^2 / 2 + 3 mu U / D` (that on a sphere in Stokes
     /// flow) and the [weight] on the lowest particles.
     fn expected(&self, setup: &Setup) -> f64 {
-        let (speed, diameter) = (expected(setup), diameter(setup));
+        let (speed, diameter) = (expected(setup), setup.diameter);
         match (self.name, &setup.fluid) {
             ("speed" | "velocity", _) => speed,
             ("vorticity", _) => 4.0 * speed / diameter,
@@ -280,12 +282,6 @@ impl Measure {
     }
 }
 
-/// Diameter of the first kind of particles, or the shortest edge of the box without any (m).
-fn diameter(setup: &Setup) -> f64 {
-    let first = setup.templates.first();
-    first.map_or_else(|| setup.domain.size().min(), |template| template.shape.equivalent_diameter())
-}
-
 /// Weight, less buoyancy, of all particles that rests on each of the lowest, if these cover the floor (N).
 fn weight(setup: &Setup) -> f64 {
     let (gravity, size) = (setup.gravity, setup.domain.size());
@@ -294,8 +290,8 @@ fn weight(setup: &Setup) -> f64 {
         let template = &setup.templates[p.template as usize];
         (template.density - setup.fluid_density()).abs() * template.shape.volume() * gravity.norm()
     };
-    let (floor, diameter) = (size.product() / size[down], diameter(setup));
-    setup.particles.iter().map(weight).sum::<f64>() * diameter * diameter / floor
+    let floor = size.product() / size[down];
+    setup.particles.iter().map(weight).sum::<f64>() * setup.diameter * setup.diameter / floor
 }
 
 /// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start or prescribed, of a
@@ -357,17 +353,20 @@ mod tests {
 
     fn shown(pictures: &mut Pictures, seen: f32) -> (f64, f64) {
         let slices = [vec![[0.0, seen, 0.0, 0.0]; pictures.planes[0].values()]];
-        let output = RootOutput {
+        let plan = pictures.plans()[0].slice.clone().unwrap();
+        pictures.slice(&plan, &output(&slices)).unwrap().2.range
+    }
+
+    fn output(slices: &[Vec<[f32; 4]>]) -> RootOutput<'_> {
+        RootOutput {
             step: 1,
             time: 0.0,
             row: None,
             selected: Vec::new(),
-            slices: &slices,
+            slices,
             contacts: &[],
             pieces: None,
-        };
-        let plan = pictures.plans()[0].slice.clone().unwrap();
-        pictures.slice(&plan, &output).unwrap().2.range
+        }
     }
 
     #[test]
@@ -380,7 +379,7 @@ mod tests {
         assert_eq!(first(7.0, &["particles.0.density=1000"]), (0.0, 1e-3), "how it starts");
         let wall =
             ["domain.periodic=[true, true, false]", "domain.faces={ \"z+\" = { velocity = [0.4, 0, 0] } }"];
-        assert_eq!(first(0.0, &wall), (0.0, 0.4));
+        assert_eq!(first(0.0, &wall), (-0.4, 0.4));
         let signed = "output.pictures=[{ slice = { quantity = \"velocity_y\" } }]";
         assert_eq!(first(0.0, &[signed]), (-settling, settling));
     }
@@ -396,6 +395,27 @@ mod tests {
         let mut resumed = Pictures::new(&setup);
         resumed.resume(&state).unwrap();
         assert_eq!(shown(&mut resumed, 7.0), (0.0, 0.25));
+    }
+
+    #[test]
+    fn lengths_and_expected_values_do_not_depend_on_the_order_of_the_sizes() {
+        let list = r"list = [{ position = [1e-3, 1e-3, 1e-3], velocity = [0, 1e-3, 0] }]";
+        let drawn = |sizes: &str| {
+            let place = tempfile::tempdir().unwrap();
+            let sized = format!("count = 0\nsizes = [{sizes}]\n[output]\ndirectory = {:?}\n", place.path());
+            let setup = from_text(&TEXT.replace(list, &sized), "case", &[]).unwrap();
+            let mut pictures = Pictures::new(&setup);
+            let slices = [vec![[0.0, 0.01, 0.0, 0.0]; pictures.planes[0].values()]];
+            pictures.complete(&output(&slices)).unwrap();
+            let expected = ["vorticity", "angular_speed", "pressure"].map(|name| {
+                let measure = Measure { name, ..Measure::of_flow(Quantity::Speed) };
+                measure.expected(&setup)
+            });
+            (std::fs::read(place.path().join("pictures/speed_0000000001.png")).unwrap(), expected)
+        };
+        let [small, large] = ["{ scale = 0.5, share = 1 }", "{ scale = 1, share = 1 }"];
+        let first = drawn(&format!("{large}, {small}"));
+        assert!(first == drawn(&format!("{small}, {large}")));
     }
 
     #[test]

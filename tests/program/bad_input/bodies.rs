@@ -192,7 +192,7 @@ fn packed_bodies_come_back_where_and_as_they_were_turned() {
     let read = |name| -> Vec<Vec<f64>> {
         let text = place.text(name);
         let number = |field: &str| field.parse().unwrap();
-        text.lines().skip(1).map(|line| line.split(';').map(number).collect()).collect()
+        text.lines().skip(1).map(|line| line.split(',').map(number).collect()).collect()
     };
     let (once, again) = (read("a.txt"), read("b.txt"));
     assert!(once.len() > 20 && once.len() == again.len());

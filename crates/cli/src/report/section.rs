@@ -129,7 +129,7 @@ impl Section {
     }
 }
 
-/// A name with only those characters that are good for a file.
+/// A name with only those characters that are good for a file; `+` is in names of walls.
 pub(super) fn plain(text: &str) -> String {
-    text.replace(|c: char| !c.is_ascii_alphanumeric() && !"-_.".contains(c), "_")
+    text.replace(|c: char| !c.is_ascii_alphanumeric() && !"-_.+".contains(c), "_")
 }

@@ -136,6 +136,15 @@ impl Cast<'_> {
         sample: impl Fn(usize, u32) -> Sample,
     ) -> [u8; 3] {
         const COUNT: usize = (FINER * FINER) as usize;
+        let solid: [Sample; COUNT] = std::array::from_fn(|at| sample(0, at as u32));
+        let through = if layers[1].is_empty() {
+            [EMPTY; COUNT]
+        } else {
+            std::array::from_fn(|at| sample(1, at as u32))
+        };
+        if solid.iter().chain(&through).all(|sample| sample.item == NOTHING) {
+            return [u8::MAX; 3];
+        }
         // Layer, item and face, and their colour.
         let (mut known, mut colours) = ([None; 2 * COUNT], [[0.0; 3]; 2 * COUNT]);
         let mut colour = |layer: usize, at: u32, found: Sample| {
@@ -155,7 +164,7 @@ impl Cast<'_> {
         for i in 0..COUNT as u32 {
             // From the middle of the pixel outwards, for the sample that stands for the others.
             let at = (i + COUNT as u32 / 2) % COUNT as u32;
-            let (solid, through) = (sample(0, at), sample(1, at));
+            let (solid, through) = (solid[at as usize], through[at as usize]);
             let mut seen = if solid.item == NOTHING { [1.0; 3] } else { colour(0, at, solid) };
             if through.item != NOTHING {
                 let behind = if solid.item == NOTHING { 0.0 } else { 1.0 / through.near - 1.0 / solid.near };

@@ -7,6 +7,7 @@ use super::camera::Camera;
 use super::fill::{area, fill};
 use super::vector::{Vector, add, combine, cross, dot, scale, screen, unit};
 use super::{Item, Mesh, in_parallel};
+use std::ops::Range;
 
 /// Directions of the sky of a small scene, and the fewest of a large one.
 const SKY: usize = 112;
@@ -46,11 +47,13 @@ struct Light {
     right: Vector,
     up: Vector,
     weight: f32,
-    /// Of the map: its corner, cells per unit of length, and cells along an edge.
+    /// Of the cells: the corner of the first, and cells per unit of length.
     corner: [f32; 2],
     scale: f32,
-    cells: u32,
-    /// Distance towards the light and number of what is nearest to it.
+    /// Cells that anything may shade.
+    columns: Range<u32>,
+    rows: Range<u32>,
+    /// In these, row by row, distance towards the light and number of what is nearest to it.
     map: Vec<(f32, u32)>,
 }
 
@@ -94,10 +97,12 @@ impl Lights {
         for (_, weight, _) in &mut directions[..count] {
             *weight /= whole;
         }
+        let shading = items.iter().filter_map(|item| Some(item.ball(&meshes[item.shade?])));
+        let balls: Vec<(Vector, f32)> = shading.collect();
         let mut sky = in_parallel(threads, directions.len(), |i| {
             let (towards, weight, cells) = directions[i];
             let helper = if dot(towards, up).abs() > 0.95 { level } else { up };
-            Light::new((towards, helper), weight, cells, (centre, radius), (meshes, items))
+            Light::new((towards, helper), weight, cells, (centre, radius), (meshes, items, &balls))
         });
         let sun = sky.split_off(count);
         Self { sky, sun, towards_sun }
@@ -105,16 +110,13 @@ impl Lights {
 
     /// The light that arrives at a point of an item with this normal.
     pub(super) fn at(&self, point: Vector, normal: Vector, item: u32) -> Arriving {
-        let sum = |lights: &[Light], weight: &dyn Fn(&Light, f32) -> f32| -> f32 {
-            let facing = |light: &Light| {
-                let cosine = dot(normal, light.towards);
-                if cosine > 0.0 && light.reaches(point, item) { weight(light, cosine) } else { 0.0 }
-            };
-            lights.iter().map(facing).sum()
+        let facing = |light: &Light| {
+            let cosine = dot(normal, light.towards);
+            if cosine > 0.0 && light.reaches(point, item) { cosine } else { 0.0 }
         };
-        let seen = sum(&self.sun, &|light, _| light.weight);
+        let seen = self.sun.iter().map(|light| if facing(light) > 0.0 { light.weight } else { 0.0 }).sum();
         Arriving {
-            sky: sum(&self.sky, &|light, cosine| light.weight * cosine),
+            sky: self.sky.iter().map(|light| light.weight * facing(light)).sum(),
             sun: seen * dot(normal, self.towards_sun).max(0.0),
             seen,
         }
@@ -127,13 +129,21 @@ impl Light {
         weight: f32,
         cells: u32,
         (centre, radius): (Vector, f32),
-        (meshes, items): (&[Mesh], &[Item]),
+        (meshes, items, balls): (&[Mesh], &[Item], &[(Vector, f32)]),
     ) -> Self {
         let (right, up) = screen(towards, helper);
         let corner = [dot(centre, right) - radius, dot(centre, up) - radius];
         let scale = cells as f32 / (2.0 * radius);
-        let map = vec![(f32::NEG_INFINITY, u32::MAX); (cells * cells) as usize];
-        let mut light = Self { towards, right, up, weight, corner, scale, cells, map };
+        let mut light =
+            Self { towards, right, up, weight, corner, scale, columns: 0..0, rows: 0..0, map: Vec::new() };
+        let places = || balls.iter().map(|&(centre, radius)| (light.place(centre), radius * scale));
+        [light.columns, light.rows] = [0, 1].map(|axis| {
+            let lo = places().map(|(at, reach)| at[axis] - reach).fold(cells as f32, f32::min) - 1.0;
+            let hi = places().map(|(at, reach)| at[axis] + reach).fold(0.0, f32::max) + 1.0;
+            lo.max(0.0) as u32..(hi.ceil() as u32).min(cells)
+        });
+        let (columns, rows) = (light.columns.clone(), light.rows.clone());
+        light.map = vec![(f32::NEG_INFINITY, u32::MAX); columns.len() * rows.len()];
         let mut points = Vec::new();
         for (number, item) in items.iter().enumerate() {
             let Some(mesh) = item.shade.map(|mesh| &meshes[mesh]) else { continue };
@@ -143,8 +153,9 @@ impl Light {
                 let corners = triangle.corners.map(|i| points[i as usize]);
                 // Rows of the map run upwards: what faces the light turns the other way round than on the screen.
                 if area(&corners) > 0.0 || mesh.open {
-                    fill(&corners, &(0..cells), &(0..cells), |x, y, near| {
-                        let cell = &mut light.map[(y * cells + x) as usize];
+                    fill(&corners, &columns, &rows, |x, y, near| {
+                        let cell = &mut light.map
+                            [light.columns.len() * (y - rows.start) as usize + (x - columns.start) as usize];
                         if near > cell.0 {
                             *cell = (near, number as u32);
                         }
@@ -164,10 +175,12 @@ impl Light {
     /// True if nothing but the item itself stands between a point of it and the light.
     fn reaches(&self, point: Vector, item: u32) -> bool {
         let [x, y, near] = self.place(point);
-        if x < 0.0 || y < 0.0 || x >= self.cells as f32 || y >= self.cells as f32 {
+        let within = |x: f32, cells: &Range<u32>| x >= cells.start as f32 && x < cells.end as f32;
+        if !within(x, &self.columns) || !within(y, &self.rows) {
             return true;
         }
-        let (nearest, number) = self.map[(y as u32 * self.cells + x as u32) as usize];
+        let (row, column) = (y as u32 - self.rows.start, x as u32 - self.columns.start);
+        let (nearest, number) = self.map[self.columns.len() * row as usize + column as usize];
         number == item || nearest <= near + SLACK / self.scale
     }
 }

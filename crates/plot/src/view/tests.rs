@@ -38,6 +38,7 @@ fn view(items: Vec<Item>) -> View {
         items,
         seen_through: Vec::new(),
         bars: Vec::new(),
+        scale: (2.0, "2 m".into()),
         threads: 1,
     }
 }
@@ -54,6 +55,22 @@ fn the_nearer_body_hides_the_other_whatever_their_order() {
     for items in [vec![near.clone(), far.clone()], vec![far, near]] {
         let [r, _, b] = middle(&view(items));
         assert!(r > 2 * b, "{r} {b}");
+    }
+}
+
+#[test]
+fn the_scale_is_as_long_as_its_length_in_the_middle_of_the_box() {
+    let pixels = |view: &View| {
+        let [left, right] = [4.0, 4.0 + view.scale.0].map(|x| view.camera().place([x, 5.0, 5.0])[0]);
+        right - left
+    };
+    for zoom in [1.0, 1.7] {
+        let view = View { zoom, size: [1200, 900], ..view(Vec::new()) };
+        let (image, y) = (view.figure().image(), 900 - (0.75 * MARGIN) as u32);
+        let dark = |x: &u32| image.colour(*x, y).iter().all(|&c| c < 120);
+        let first = (0..1200).find(dark).unwrap();
+        let drawn = (first..1200).take_while(dark).count() as f32;
+        assert!((drawn - pixels(&view)).abs() < 4.0, "{drawn} {}", pixels(&view));
     }
 }
 

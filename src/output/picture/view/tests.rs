@@ -26,6 +26,7 @@ fn snapshot<'a>(templates: &'a [Template], particles: &'a [Particle]) -> Snapsho
         time: 0.0,
         stokes_time: None,
         domain: BOX,
+        diameter: 0.4,
         gravity: -Vec3::z(),
         templates,
         particles,

@@ -13,7 +13,7 @@
 use super::Samples;
 use crate::case::Setup;
 use crate::math::Vec3;
-use crate::output::series::{DRAG, LOADS};
+use crate::output::series::{DRAG, LOADS, WALL_COLUMNS};
 use crate::output::{Estimate, SeriesRow, Summary, estimate_mean, estimate_ratio};
 use crate::particle::PrescribedMotion;
 use crate::wall::{Surface, Wall};
@@ -56,8 +56,9 @@ impl Plates {
 
     /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out.
     pub(super) fn relative_viscosity(&self, row: &SeriesRow) -> f64 {
-        // Of each wall the force of the fluid, then the stress.
-        let stress = |wall: usize| Vec3::from_column_slice(&row.walls[6 * wall + 3..][..3]);
+        // Vectors of each wall, the stress last.
+        const COLUMNS: usize = 3 * WALL_COLUMNS.len();
+        let stress = |wall: usize| Vec3::from_column_slice(&row.walls[COLUMNS * (wall + 1) - 3..][..3]);
         0.5 * (stress(0) - stress(1)).dot(&self.along) / self.plain
     }
 

@@ -4,7 +4,7 @@ use crate::report::section::Section;
 use turbid::output::picture::{SettlingPlot, settling_chart};
 use turbid::output::{Estimate, SeriesColumn, SeriesTable, Summary};
 use turbid::simulation::settling_references;
-use turbid_plot::{Axis, Chart, Series, Style};
+use turbid_plot::{Axis, Chart, Series, Style, literal};
 
 /// Least value on a logarithmic axis over the largest.
 const SHOWN: f64 = 1e-5;
@@ -155,7 +155,7 @@ fn over_time(case: &str, series: &SeriesTable, title: &str, columns: &Columns, l
         first.make_ascii_lowercase();
     }
     Chart::new(
-        format!("{case}: {quantity}"),
+        format!("{}: {quantity}", literal(case)),
         Axis::new(time, false),
         Axis::new(format!("{quantity} ({unit})"), logarithmic),
         lines.collect(),
