@@ -18,6 +18,7 @@ if [ "$("$mdbook" --version 2>/dev/null)" != "mdbook v$version" ]; then
         --config profile.dev.debug=0 --root "$tools" --force
 fi
 
+scripts/pictures.sh --check
 rm -rf "$book"
 mkdir -p "$book/src"
 # Everything, as pages name code, cases and pictures as well; what git ignores stays out.

@@ -5,6 +5,7 @@ use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use std::process::Command;
 
 /// Folders without pages of ours.
 const ELSEWHERE: [&str; 4] = ["target", ".git", "out", "node_modules"];
@@ -153,4 +154,22 @@ fn the_summary_of_the_book_lists_every_page_of_docs_once() {
         .collect();
     listed.sort();
     assert_eq!(listed, there);
+}
+
+#[test]
+fn the_pictures_of_the_pages_are_those_of_the_program_as_it_is() {
+    let check = Command::new("sh").arg(in_tree("scripts/pictures.sh")).arg("--check").output().unwrap();
+    assert!(check.status.success(), "{}", String::from_utf8_lossy(&check.stderr));
+}
+
+#[test]
+fn every_picture_of_the_docs_is_drawn_by_the_script_or_a_screenshot() {
+    let script = fs::read_to_string(in_tree("scripts/pictures.sh")).unwrap();
+    for entry in fs::read_dir(in_tree("docs")).unwrap() {
+        let name = entry.unwrap().file_name().into_string().unwrap();
+        if let Some(stem) = name.strip_suffix(".png") {
+            let drawn = script.contains(&format!("\n    line {stem} "));
+            assert!(drawn || script.contains(&format!("docs/{name}")), "{name}");
+        }
+    }
 }
