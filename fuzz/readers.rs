@@ -10,7 +10,8 @@ use std::sync::OnceLock;
 use turbid::checkpoint::{self, CaseText, Checkpoint, Head, Part};
 use turbid::comm::Comm;
 use turbid::domain::Block;
-use turbid::{case as cases, mesh, packing};
+use turbid::packing::positions::{self, Columns};
+use turbid::{case as cases, mesh};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
 /// Larger meshes only take longer (bytes).
@@ -43,9 +44,33 @@ fn mesh(name: &str, data: &[u8]) -> bool {
         && [false, true].map(|hull| mesh::parse(Path::new(name), data, 1e-3, hull).is_ok()).contains(&true)
 }
 
-/// A file of positions.
+/// A table of positions.
 pub(crate) fn positions(data: &[u8]) -> bool {
-    std::str::from_utf8(data).is_ok_and(|text| packing::positions::parse(text, "places.csv").is_ok())
+    places("places.csv", data)
+}
+
+/// A file of positions of the kind XYZ.
+pub(crate) fn xyz(data: &[u8]) -> bool {
+    places("places.xyz", data)
+}
+
+/// A dump or a data file of LAMMPS.
+pub(crate) fn lammps(data: &[u8]) -> bool {
+    places("places.lammps", data)
+}
+
+/// Points of VTK.
+pub(crate) fn vtk(data: &[u8]) -> bool {
+    places("places.vtp", data)
+}
+
+/// A file as it is, and with columns of other names.
+fn places(name: &str, data: &[u8]) -> bool {
+    let map = [("diameter", "2*radius"), ("x", "1e-3*Points:0 [mm] + 1")];
+    let texts = map.map(|(column, text)| (column.to_string(), text.to_string()));
+    let columns = Columns::new(&texts.into()).expect("texts of columns");
+    let read = |columns: &Columns| positions::parse(data, name, columns, true).is_ok();
+    [read(&Columns::default()), read(&columns)].contains(&true)
 }
 
 /// The manifest of a checkpoint, with the checksum that it must have, beside the part of [`sample`].

@@ -19,6 +19,7 @@ pub mod file;
 mod files;
 mod hertz;
 mod kinds;
+mod listed;
 pub mod located;
 mod materials;
 mod motion;

@@ -11,17 +11,20 @@ use crate::math::{Vec3, bounding_box};
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::SINGLE_PRECISION;
 use crate::shape::{Placement, Polyhedron, Shape, ShapeError};
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 use surface::Surface;
 
-/// More facets would make contacts too slow to be of use, and set-up, which compares edges pair by pair.
-const MOST_FACETS: usize = 2_000;
+/// Most facets of a file, before those in one plane are joined and the convex hull is taken.
+const MOST_FACETS: usize = 200_000;
 /// Depth below the hull, in diameters of the body, up to which a surface counts as convex: a mesh written with few digits.
 const CONVEX: f64 = 1e-4;
 /// Coarsest relative precision of vertices that is taken for rounding.
 const COARSEST: f64 = 1e-3;
+/// Rounding of corners, in extents of the body, from which on it is told.
+const TOLD: f64 = 1e-5;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
 /// A body from a file.
@@ -31,7 +34,7 @@ pub struct Mesh {
     pub body: Polyhedron,
     /// Its position in the frame of the file (m, after scaling).
     pub placement: Placement,
-    /// Notes for the user: facets that were dropped, the volume that the convex hull adds.
+    /// Notes for the user: facets that were dropped, corners that are rounded, the volume that the convex hull adds.
     pub notes: Vec<String>,
 }
 
@@ -43,7 +46,7 @@ pub struct Mesh {
 ///
 /// # Errors
 /// [`ShapeError::Mesh`] with file, facet and remedy: no file of its kind, numbers that are not finite, a surface that is open,
-/// not manifold, inside out, without volume, or concave.
+/// not manifold, inside out, without volume, concave, or that of several bodies.
 pub fn parse(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Mesh, ShapeError> {
     check_size("scale", scale)?;
     (facets(path, bytes).and_then(|(facets, rounding)| body(&facets, rounding, scale, hull)))
@@ -60,7 +63,7 @@ fn facets(path: &Path, bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, f64), String> {
     };
     if facets.len() > MOST_FACETS {
         let count = facets.len();
-        return Err(format!("has {count} facets; at most {MOST_FACETS} are of use. Take a coarser mesh"));
+        return Err(format!("has {count} facets, at most {MOST_FACETS} are read; take a coarser mesh"));
     }
     if facets.is_empty() {
         return Err("has no facets".to_owned());
@@ -75,6 +78,7 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
         ignore_lines: true,
         ..Default::default()
     };
+    let bytes = &joined(bytes)[..];
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
         .map_err(|e| format!("is no OBJ file that can be read: {e}"))?;
@@ -94,6 +98,24 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     Ok(facets)
 }
 
+/// The lines of an OBJ file, of which one that ends with `\\` goes on in the next.
+fn joined(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if !bytes.contains(&b'\\') {
+        return Cow::Borrowed(bytes);
+    }
+    let mut text = Vec::with_capacity(bytes.len());
+    for line in bytes.split_inclusive(|byte| *byte == b'\n') {
+        match line.trim_ascii_end().strip_suffix(b"\\") {
+            Some(begun) if !line.trim_ascii_start().starts_with(b"#") => {
+                text.extend_from_slice(begun);
+                text.push(b' ');
+            }
+            _ => text.extend_from_slice(line),
+        }
+    }
+    Cow::Owned(text)
+}
+
 /// Checks that facets are the surface of a convex body, and builds it.
 fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<Mesh, String> {
     for (n, facet) in facets.iter().enumerate() {
@@ -106,14 +128,47 @@ fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<M
     let (low, high) = bounding_box(scaled.iter().flatten().copied());
     let extent = (high - low).norm();
     // Far from the origin single precision has fewer digits for the body.
-    let precision = SINGLE_PRECISION.max((rounding * low.amax().max(high.amax()) / extent).min(COARSEST));
+    let far = low.amax().max(high.amax());
+    let lost = rounding * far / extent;
+    let precision = SINGLE_PRECISION.max(lost.min(COARSEST));
+    let rounded = (lost > TOLD).then(|| {
+        format!(
+            "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of the extent \
+             of the body; move the mesh to the origin and export it again",
+            lost * extent,
+            100.0 * lost
+        )
+    });
     let surface = Surface::new(&scaled, precision * extent);
+    let checked = checked(&surface, &scaled, precision, hull);
+    let (body, placement, mut notes) = checked.map_err(|problem| match &rounded {
+        Some(rounded) => format!("{problem}. Its {rounded}"),
+        None => problem,
+    })?;
+    notes.extend(rounded);
+    Ok(Mesh { body, placement, notes })
+}
+
+/// The body of a surface, and notes.
+fn checked(
+    surface: &Surface,
+    scaled: &[[Vec3; 3]],
+    precision: f64,
+    hull: bool,
+) -> Result<(Polyhedron, Placement, Vec<String>), String> {
     let (body, placement) =
-        Polyhedron::hull(&surface.corners(&scaled), precision).map_err(|e| e.to_string())?;
+        Polyhedron::hull(&surface.corners(scaled), precision).map_err(|e| e.to_string())?;
     let volume = surface.volume();
     let added = volume.map(|volume| body.volume() / volume.abs() - 1.0);
     let mut notes: Vec<String> = surface.dropped().into_iter().collect();
+    let parts = surface.parts();
     if hull {
+        if let [_, second, ..] = parts[..] {
+            notes.push(format!(
+                "the mesh has {} separate surfaces, the second with facet {second}; where they overlap, their volume counts twice",
+                parts.len()
+            ));
+        }
         notes.push(match added {
             Some(added) => format!("the convex hull adds {:.3} % to the volume of the mesh", 100.0 * added),
             None => "the surface is not closed, so it has no volume to compare that of its convex hull with"
@@ -121,9 +176,16 @@ fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<M
         });
     } else {
         surface.check_closed()?;
+        if let [_, second, ..] = parts[..] {
+            return Err(format!(
+                "there are {} separate surfaces, the second with facet {second}, but a body has one; unite overlapping solids in the \
+                 program that made them, write one into each file, {TAKE_HULL}",
+                parts.len()
+            ));
+        }
         check_orientation(volume.unwrap_or(0.0), body.volume())?;
         let added = 100.0 * added.unwrap_or(f64::NAN);
-        let (facet, depth) = deepest(&surface, &body, &placement);
+        let (facet, depth) = deepest(surface, &body, &placement);
         let diameter = 2.0 * body.circumradius();
         let part = 100.0 * depth / diameter;
         if depth > CONVEX * diameter {
@@ -139,7 +201,7 @@ fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<M
             ));
         }
     }
-    Ok(Mesh { body, placement, notes })
+    Ok((body, placement, notes))
 }
 
 /// The volume that the facets enclose must be positive.

@@ -3,6 +3,7 @@
 use super::checks::Document;
 use super::file::{LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
 use super::files::Files;
+use super::listed::Listed;
 use super::materials::Materials;
 use crate::error::{Error, Result};
 use crate::input;
@@ -16,6 +17,11 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Most sizes of all sections: each has its shape, its constants of contacts and its surface for pictures.
+const MOST_SIZES: usize = 10_000;
+/// Most faces of the polyhedra of all sizes together, some 400 bytes each.
+const MOST_FACES: usize = 500_000;
+
 /// One `[[particles]]` section.
 #[derive(Clone, Debug)]
 pub(super) struct Kind {
@@ -25,12 +31,22 @@ pub(super) struct Kind {
     pub(super) fractions: Vec<f64>,
     /// From the body frame to the axes in which the case gives the shape.
     pub(super) rotation: Quat,
+    /// Diameters of the spheres of equal volume (m), ascending, and their templates.
+    by_diameter: Vec<(f64, usize)>,
 }
 
 impl Kind {
     /// Its templates.
     pub(super) fn templates(&self) -> Range<usize> {
         self.first..self.first + self.fractions.len()
+    }
+
+    /// The diameter (m) that is nearest to one, and its template.
+    pub(super) fn nearest(&self, diameter: f64) -> (f64, usize) {
+        let above = self.by_diameter.partition_point(|(known, _)| *known < diameter);
+        let near = &self.by_diameter[above.saturating_sub(1)..(above + 1).min(self.by_diameter.len())];
+        let off = |known: &(f64, usize)| (known.0 - diameter).abs();
+        *near.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("every kind has a size")
     }
 
     /// Orientation of the body, from that of the shape as the case gives it.
@@ -49,7 +65,9 @@ pub(super) struct Kinds {
     pub(super) templates: Vec<Template>,
     /// Diameter of the sphere of the volume of the first shape as written (m).
     pub(super) diameter: f64,
-    /// Notes on the meshes, ready to print.
+    /// What each section that names a file has read from it.
+    pub(super) listed: Vec<Option<Listed>>,
+    /// Notes on the meshes and positions files, ready to print.
     pub(super) notes: Vec<String>,
 }
 
@@ -60,7 +78,14 @@ impl Kinds {
             let remedy = "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
             return Err(document.error("particles", "the case has no `particles`", "", remedy));
         }
-        let mut all = Self { sections: Vec::new(), templates: Vec::new(), diameter: 0.0, notes: Vec::new() };
+        let mut all = Self {
+            sections: Vec::new(),
+            templates: Vec::new(),
+            diameter: 0.0,
+            listed: Vec::new(),
+            notes: Vec::new(),
+        };
+        let mut faces = 0;
         for (index, section) in document.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
             let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));
@@ -78,19 +103,70 @@ impl Kinds {
             }
             let material =
                 materials.index(document, &format!("{key}.material"), section.material.as_ref())?;
-            let sizes = sizes(document, &format!("{key}.sizes"), section)?;
+            if section.file.is_none() && !section.columns.is_empty() {
+                let key = format!("{key}.columns");
+                let title = format!("`{key}` belongs to a `file` of positions, but there is none");
+                return Err(document.error(&key, &title, "has no effect here", "remove it"));
+            }
+            let listed =
+                section.file.as_ref().map(|file| Listed::read(document, files, index, file, &mut all.notes));
+            let listed = listed.transpose()?;
+            let own = shape.equivalent_diameter();
+            let free = listed.as_ref().filter(|_| section.sizes.is_none());
+            let sizes = match free {
+                Some(listed) => {
+                    let scales = listed.scales(own).map_err(|title| {
+                        let remedy = "lengths are in m; a unit may stand in the header, as in `diameter [mm]`, or in `columns`";
+                        document.error(&format!("{key}.file"), &title, "this file", remedy)
+                    })?;
+                    scales.into_iter().map(|scale| (scale, 1.0)).collect()
+                }
+                None => sizes(document, &format!("{key}.sizes"), section)?,
+            };
             let total: f64 = sizes.iter().map(|(_, share)| share).sum();
             if !total.is_finite() {
                 let title = format!("the shares of `{key}.sizes` are too large to be added up");
                 let remedy = "shares need not add up to 1, but 1 is a good size";
                 return Err(document.error(&key, &title, "of these", remedy));
             }
-            let fractions = sizes.iter().map(|(_, share)| share / total).collect();
-            all.sections.push(Kind { first: all.templates.len(), fractions, rotation });
-            for (size, _) in sizes {
-                let (shape, _) = shapes.build(scale * size)?;
+            faces += shape.as_polyhedron().map_or(0, |body| body.faces.len().saturating_mul(sizes.len()));
+            if all.templates.len() + sizes.len() > MOST_SIZES || (sizes.len() > 1 && faces > MOST_FACES) {
+                let count = all.templates.len() + sizes.len();
+                let title = format!(
+                    "there are {count} sizes with {faces} faces, at most {MOST_SIZES} with {MOST_FACES} faces are kept"
+                );
+                let remedy = "write diameters with fewer digits, so that more particles share one, or take a coarser mesh";
+                let last = if free.is_some() { "file" } else { "sizes" };
+                return Err(document.error(&format!("{key}.{last}"), &title, "too many", remedy));
+            }
+            if let (Some(listed), [(first, _), .., (last, _)]) = (free, &sizes[..]) {
+                let title = format!(
+                    "{}: the shape is scaled to {} diameters from {:.4e} to {:.4e} m",
+                    listed.name,
+                    sizes.len(),
+                    first * own,
+                    last * own
+                );
+                all.notes.push(document.warning(&format!("{key}.file"), &title, "this file", ""));
+            }
+            let first = all.templates.len();
+            let of_facets = matches!(section.shape, ShapeSection::Mesh(_) | ShapeSection::Polyhedron { .. });
+            for &(size, _) in &sizes {
+                let body = shape.as_polyhedron().filter(|_| free.is_some() && of_facets);
+                let shape = match body {
+                    _ if size.to_bits() == 1.0_f64.to_bits() => shape.clone(),
+                    Some(body) => Arc::new(body.scaled(size)),
+                    None => shapes.build(scale * size)?.0,
+                };
                 all.templates.push(Template { shape, density: section.density, material });
             }
+            let templates = all.templates[first..].iter().zip(first..);
+            let mut by_diameter: Vec<(f64, usize)> =
+                templates.map(|(template, n)| (template.shape.equivalent_diameter(), n)).collect();
+            by_diameter.sort_by(|a, b| a.0.total_cmp(&b.0));
+            let fractions = sizes.iter().map(|(_, share)| share / total).collect();
+            all.sections.push(Kind { first, fractions, rotation, by_diameter });
+            all.listed.push(listed);
             all.notes.append(&mut shapes.notes.into_inner());
         }
         Ok(all)

@@ -7,7 +7,6 @@ mod relaxed;
 
 use super::checks::Document;
 use super::file::{Entry, MovingEntry, OrientationSection};
-use super::files::Files;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
 use crate::domain::Domain;
@@ -25,7 +24,6 @@ pub(super) struct Placer<'a> {
     pub(super) walls: &'a [PlacedWall],
     /// Volume of the box outside of walls (m^3).
     pub(super) free_volume: f64,
-    pub(super) files: &'a Files<'a>,
     /// Distance by which surfaces are grown for contacts (m); 0 without contacts.
     pub(super) enlargement: f64,
 }
@@ -71,8 +69,8 @@ impl Placer<'_> {
                     return Err(self.document.error(&name, &title, "has no effect here", "remove it"));
                 }
             }
-            if let Some(file) = &kind.file {
-                self.read(index, file, &mut placed)?;
+            if let Some(listed) = &self.kinds.listed[index] {
+                self.add_listed(index, listed, &mut placed)?;
             }
             for (i, entry) in kind.list.iter().flatten().enumerate() {
                 placed.push(self.entry(index, format!("{key}.list.{i}"), entry)?);

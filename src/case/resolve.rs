@@ -135,7 +135,6 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         kinds: &kinds,
         walls: &walls,
         free_volume: free_volume(&domain, &walls),
-        files: &files,
         enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
     let (mut particles, random) = placer.place(places, &mut warnings, &mut notes)?;

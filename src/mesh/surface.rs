@@ -111,6 +111,24 @@ impl Surface {
             .map(|facet| (facet.number, facet.vertices.map(|vertex| self.vertices[vertex as usize])))
     }
 
+    /// The first facet of each part of the surface that shares no vertex with the others, by its number in the file.
+    pub(super) fn parts(&self) -> Vec<usize> {
+        // Each vertex leads to one of its part with a smaller number, or to itself.
+        let mut leads: Vec<usize> = (0..self.vertices.len()).collect();
+        for facet in &self.facets {
+            let [a, b, c] = facet.vertices.map(|vertex| end_of(&mut leads, vertex as usize));
+            let least = a.min(b).min(c);
+            (leads[a], leads[b], leads[c]) = (least, least, least);
+        }
+        let mut parts = BTreeMap::new();
+        for facet in &self.facets {
+            parts.entry(end_of(&mut leads, facet.vertices[0] as usize)).or_insert(facet.number);
+        }
+        let mut numbers: Vec<usize> = parts.into_values().collect();
+        numbers.sort_unstable();
+        numbers
+    }
+
     /// The facets that were dropped in words, if there are any.
     pub(super) fn dropped(&self) -> Option<String> {
         let some = |numbers: &[usize], kind: &str| {
@@ -228,6 +246,15 @@ fn close(kept: &mut Vec<Facet>, mut undecided: Vec<Vec<Facet>>) {
             return;
         }
     }
+}
+
+/// Where the ways from a vertex end; shortens them.
+fn end_of(leads: &mut [usize], mut vertex: usize) -> usize {
+    while leads[vertex] != vertex {
+        leads[vertex] = leads[leads[vertex]];
+        vertex = leads[vertex];
+    }
+    vertex
 }
 
 /// Least height of a triangle (m).

@@ -175,6 +175,94 @@ fn what_is_no_convex_body_is_refused_with_facet_and_remedy() {
     }
 }
 
+/// A sphere of 1 mm whose facets are this fine, with facets in one plane divided further.
+fn divided(facets: &[[Vec3; 3]], times: usize) -> Vec<[Vec3; 3]> {
+    let quarters = |[a, b, c]: [Vec3; 3]| {
+        let [ab, bc, ca] = [(a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0];
+        [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+    };
+    (0..times).fold(facets.to_vec(), |facets, _| facets.into_iter().flat_map(quarters).collect())
+}
+
+#[test]
+fn facets_in_one_plane_are_one_face_before_faces_are_counted() {
+    let facets = divided(&box_facets(Vec3::new(1.0, 2.0, 3.0)), 5);
+    assert_eq!(facets.len(), 12_288);
+    for hull in [false, true] {
+        let Mesh { body, .. } = read_bytes("fine.stl", &binary_stl(&facets, ""), hull).unwrap();
+        assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
+    }
+}
+
+/// Triangles with corners of their own on a sphere, evenly spread, or within it.
+fn triangles(count: usize, radius: impl Fn(usize) -> f64) -> Vec<[Vec3; 3]> {
+    let total = 3 * count;
+    let point = |n: usize| {
+        let z = 1.0 - (2 * n + 1) as f64 / total as f64;
+        let (s, c) = libm::sincos(2.399963229728653 * n as f64);
+        radius(n) * Vec3::new((1.0 - z * z).sqrt() * c, (1.0 - z * z).sqrt() * s, z)
+    };
+    (0..count).map(|n| [point(n), point(n + count), point(n + 2 * count)]).collect()
+}
+
+#[test]
+fn a_concave_mesh_of_many_facets_has_a_hull_of_few_faces() {
+    let inside = triangles(3072, |n| if n % 64 == 0 { 1.0 } else { 0.5 });
+    let Mesh { body, notes, .. } = read_bytes("rough.stl", &binary_stl(&inside, ""), true).unwrap();
+    assert!((50..600).contains(&body.faces.len()), "{}", body.faces.len());
+    assert!(notes.last().unwrap().contains("not closed"), "{notes:?}");
+}
+
+#[test]
+fn a_hull_of_more_faces_than_are_of_use_is_refused_before_its_edges_are_compared() {
+    let message = read_bytes("fine.stl", &binary_stl(&triangles(2000, |_| 1.0), ""), true).unwrap_err();
+    let words = ["the convex hull has 11", "at most 4096 are of use", "take a coarser mesh"];
+    assert!(words.iter().all(|word| message.contains(word)), "{message}");
+}
+
+#[test]
+fn a_line_of_an_obj_file_may_go_on_in_the_next() {
+    let broken = OBJ_CUBE.replace("4 3 2 1", "4 3 \\\n2 1").replace("v 1 1 0", "v 1 \\ \r\n 1 0");
+    let remark = format!("# C:\\meshes\\\n{broken}");
+    for text in [broken, remark] {
+        let Mesh { body, .. } = read_bytes("broken.obj", text.as_bytes(), false).unwrap();
+        assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
+    }
+}
+
+#[test]
+fn separate_or_overlapping_solids_are_told_apart_from_concave_bodies() {
+    let cube = box_facets(Vec3::repeat(1.0));
+    for shift in [0.5, 3.0] {
+        let second = cube.iter().map(|facet| facet.map(|corner| corner + Vec3::repeat(shift)));
+        let both: Vec<[Vec3; 3]> = cube.iter().copied().chain(second).collect();
+        let message = read_bytes("two.stl", &text_stl(&both), false).unwrap_err();
+        let words =
+            ["2 separate surfaces, the second with facet 12", "unite overlapping solids", "`hull = true`"];
+        assert!(words.iter().all(|word| message.contains(word)), "{message}");
+        let notes = read_bytes("two.stl", &text_stl(&both), true).unwrap().notes;
+        assert!(notes[0].contains("2 separate surfaces"), "{notes:?}");
+    }
+}
+
+#[test]
+fn the_rounding_of_a_mesh_far_from_its_origin_is_told() {
+    let at = |shift: f64| -> Vec<[Vec3; 3]> {
+        let turn = Quat::from_scaled_axis(Vec3::new(0.3, 0.5, -0.7));
+        let moved = |corner: Vec3| turn * corner + Vec3::new(shift, 0.0, 0.0);
+        box_facets(Vec3::repeat(1.0)).iter().map(|facet| facet.map(moved)).collect()
+    };
+    // 1 m from the origin two units in the last place are 2.4e-7 m.
+    let Mesh { body, notes, .. } = read_bytes("far.stl", &binary_stl(&at(1000.0), ""), false).unwrap();
+    let words = ["1.001e0 m from the origin", "rounds them by 2.4e-7 m, ", "e-3 % of the extent"];
+    assert!(words.iter().all(|word| notes[0].contains(word)), "{notes:?}");
+    assert!((body.volume() / 1e-9 - 1.0).abs() < 1e-3);
+    assert!(read_bytes("near.stl", &binary_stl(&at(10.0), ""), false).unwrap().notes.is_empty());
+    // So far away that nothing is left of it.
+    let message = read_bytes("lost.stl", &binary_stl(&at(1e8), ""), false).unwrap_err();
+    assert!(message.contains("from the origin, where single precision rounds them"), "{message}");
+}
+
 #[test]
 fn a_file_that_claims_four_thousand_million_facets_takes_no_memory() {
     let mut bytes = binary_stl(&box_facets(Vec3::repeat(1.0)), "");

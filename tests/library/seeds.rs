@@ -35,6 +35,9 @@ fn meshes_that_were_kept_are_read_or_refused() {
 #[test]
 fn positions_that_were_kept_are_read_or_refused() {
     replay("positions", readers::positions);
+    replay("xyz", readers::xyz);
+    replay("lammps", readers::lammps);
+    replay("vtk", readers::vtk);
 }
 
 #[test]

@@ -130,7 +130,7 @@ fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_
             "x,y,z,diameter\n3e-3,3e-3,3e-3,1e-3\n".to_owned(),
             ["no column `kind`", "2 [[particles]] sections read it"],
         ),
-        ("x,y,z,kind\n3e-3,3e-3,3e-3,0\n".to_owned(), ["no column `diameter`", "has 2 sizes"]),
+        ("x,y,z,kind\n3e-3,3e-3,3e-3,0\n1,1,1,1\n".to_owned(), ["no column `diameter`", "has 2 sizes"]),
     ] {
         place.write("packed.csv", text);
         place.refused(&["check", "wet.toml"], &words);
@@ -143,6 +143,82 @@ fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_
         &["check", "wet.toml"],
         &["packed.csv:3:16: `kind` is 1", "`particles.1` does not read this file"],
     );
+}
+
+#[test]
+fn the_points_of_a_run_are_a_positions_file() {
+    let place = reader("");
+    place.write("dry.toml", case(DRY, "count = 24", "count = 12\nseed = 2"));
+    place.well(&["run", "dry.toml", "--quiet"]);
+    place.well(&["pack", "--from", "out/dry", "--out", "packed.csv"]);
+    let table = load(&place);
+    let file = OutputFiles::new(place.path("out/dry")).file(PARTICLES, 400);
+    place.write("wet.toml", place.text("wet.toml").replace("packed.csv", file.to_str().unwrap()));
+    let points = load(&place);
+    assert_eq!(points.particles.len(), 36);
+    assert_eq!(points.particles, table.particles);
+}
+
+/// A case of spheres of a millimetre, of which `packed.csv` says the positions.
+fn spheres(packed: &str) -> Place {
+    let place = reader(packed);
+    let text = case(WET, "file = \"packed.csv\"", "count = 0");
+    let sizes = text.lines().filter(|line| !line.starts_with("sizes"));
+    place.write("wet.toml", sizes.collect::<Vec<_>>().join("\n"));
+    place
+}
+
+#[test]
+fn without_sizes_every_particle_has_the_size_that_its_file_gives_it() {
+    let place = spheres("x [mm] y [mm] z [mm] radius [um]\n1 1 1 400\n3 3 3 500\n5 5 5 450\n1 5 5 400\n");
+    let said = place.well(&["check", "wet.toml"]);
+    assert!(
+        said.contains("packed.csv: the shape is scaled to 3 diameters from 8.0000e-4 to 1.0000e-3 m"),
+        "{said}"
+    );
+    let setup = load(&place);
+    let diameters: Vec<f64> = (setup.particles.iter())
+        .map(|p| setup.templates[p.template as usize].shape.equivalent_diameter())
+        .collect();
+    for (has, wanted) in diameters.iter().zip([8e-4, 1e-3, 9e-4, 8e-4]) {
+        assert!((has / wanted - 1.0).abs() < 1e-12, "{diameters:?}");
+    }
+    // Three of spheres, one of stones.
+    assert_eq!((setup.templates.len(), setup.diameter), (4, 1e-3));
+    place.well(&["run", "wet.toml", "--quiet", "--set", "run.end.steps=1"]);
+}
+
+#[test]
+fn columns_of_a_file_are_mapped_by_the_case() {
+    let place = spheres("\"Points:0\",\"Points:1\",\"Points:2\",size,speed\n1,2,3,0.5,7\n");
+    let text = place.text("wet.toml");
+    let with =
+        |columns: &str| text.replacen("\"packed.csv\"", &format!("\"packed.csv\"\ncolumns = {columns}"), 1);
+    place.write(
+        "wet.toml",
+        with("{ x = \"1e-3*Points:0\", y = \"Points:1 [mm]\", z = \"1e-3*Points:2 - 1e-3\", radius = \"1e-3*size\" }"),
+    );
+    let setup = load(&place);
+    let off = setup.particles[0].position() - turbid::math::Vec3::new(1e-3, 2e-3, 2e-3);
+    assert!(off.norm() < 1e-15, "{off}");
+    for (columns, words) in [
+        ("{ x = \"2*\" }", ["wet.toml:15:", "`particles.0.columns.x` is \"2*\", which names no column"]),
+        ("{ colour = \"speed\" }", ["wet.toml:15:", "unknown key `colour` in `particles.0.columns`"]),
+        ("{ x = \"a\" }", ["packed.csv:1: no column `a`", "the columns are points:0, points:1"]),
+    ] {
+        place.write("wet.toml", with(columns));
+        place.refused(&["check", "wet.toml"], &words);
+    }
+}
+
+#[test]
+fn more_sizes_than_are_kept_and_sizes_in_another_unit_are_refused_with_a_remedy() {
+    let line = |n: usize| format!("3e-3;3e-3;3e-3;{}\n", 1e-3 * (1.0 + 1e-4 * n as f64));
+    let place = spheres(&format!("x;y;z;diameter\n{}", (0..10_001).map(line).collect::<String>()));
+    place.refused(&["check", "wet.toml"], &["10001 sizes", "at most 10000", "fewer digits"]);
+    place.write("packed.csv", "x;y;z;diameter\n3e-3;3e-3;3e-3;1\n");
+    let words = ["packed.csv:2:16: `diameter` is 1 m, more than a factor of 100", "`diameter [mm]`"];
+    place.refused(&["check", "wet.toml"], &words);
 }
 
 #[test]

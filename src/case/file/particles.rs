@@ -3,8 +3,10 @@
 use super::motion::MotionSection;
 use super::shapes::ShapeSection;
 use crate::case::schema::{non_negative, positive};
-use schemars::JsonSchema;
+use crate::packing::positions::names;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use std::collections::BTreeMap;
 
 /// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -13,7 +15,7 @@ use serde::Deserialize;
     "oneOf" = [{ "required": ["volume_fraction"] }, { "required": ["count"] }, { "required": ["file"] }, { "required": ["list"] }],
     "dependentSchemas" = {
         "sizes": at_random(), "seed": at_random(), "minimum_gap": { "anyOf": [at_random(), relaxed()] },
-        "overlaps": listed(), "relax_distance": relaxed()
+        "overlaps": listed(), "relax_distance": relaxed(), "columns": { "required": ["file"] }
     }
 ))]
 pub struct ParticleSection {
@@ -32,13 +34,19 @@ pub struct ParticleSection {
     pub volume_fraction: Option<f64>,
     /// Number of particles: random positions and orientations.
     pub count: Option<u64>,
-    /// Positions file, relative to the case file: lines of `x;y;z;rx;ry;rz;id` (m, degrees) or CSV with a header. A column
-    /// `kind` says which section, counted from 0, a line belongs to, and each of them names the file; a column `diameter`
-    /// (m) which of the `sizes`; `vx` to `wz` are velocities (m/s, 1/s), with which contacts may overlap.
+    /// Positions file, relative to the case file: a table with or without a header, `.xyz`, a dump or data file of LAMMPS or
+    /// LIGGGHTS, or points of VTK. A column `kind` says which section, counted from 0, a line belongs to, and each of them names
+    /// the file; `diameter` or `radius` (m, of the sphere of equal volume) which of the `sizes`, or without these how large the
+    /// particle is; `vx` to `wz` are velocities (m/s, 1/s), with which contacts may overlap.
     pub file: Option<String>,
+    /// Columns of the file that have other names, by ours, as `"[factor *] name [unit] [+ constant]"` (m, degrees, m/s, 1/s), e.g.
+    /// `{ x = "Points:0", diameter = "2*radius" }`; columns that are unknown are left out then.
+    #[serde(default)]
+    #[schemars(schema_with = "columns")]
+    pub columns: BTreeMap<String, String>,
     /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
     pub list: Option<Vec<Entry>>,
-    /// Sizes of random particles, or of those in a file with a column `diameter`, as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
+    /// Sizes of random particles, or of those in a file with a column `diameter` or `radius`, as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
     /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
     pub sizes: Option<Sizes>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
@@ -82,6 +90,16 @@ pub struct RelativeDistance {
     /// In diameters of the sphere of equal volume (-).
     #[schemars(transform = positive)]
     pub diameters: f64,
+}
+
+/// A text for each column.
+fn columns(_: &mut SchemaGenerator) -> Schema {
+    let text = |(name, unit): (&str, &str)| {
+        let description = format!("Column of the file for `{name}` ({unit}).");
+        (name.to_owned(), serde_json::json!({ "type": "string", "description": description }))
+    };
+    let properties: serde_json::Map<_, _> = names().map(text).collect();
+    json_schema!({ "type": "object", "properties": properties, "additionalProperties": false })
 }
 
 /// Of keys that only particles at random positions have.

@@ -99,13 +99,16 @@ fn reference_scales(setup: &Setup) -> ReferenceScales {
 }
 
 fn shapes(setup: &Setup) -> Vec<ShapeSummary> {
-    let count = |index: usize| setup.particles.iter().filter(|p| p.template as usize == index).count();
+    let mut counts = vec![0; setup.templates.len()];
+    for particle in &setup.particles {
+        counts[particle.template as usize] += 1;
+    }
     (setup.templates.iter().enumerate())
         .map(|(index, template)| ShapeSummary {
             kind: template.shape.kind().to_owned(),
             equivalent_diameter: template.shape.equivalent_diameter(),
             density: template.density,
-            count: count(index),
+            count: counts[index],
         })
         .collect()
 }

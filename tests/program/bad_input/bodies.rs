@@ -87,6 +87,11 @@ fn shapes_that_are_no_bodies_are_refused() {
             "list = [[1e-3, 1e-3, 1e-3]]\nsizes = [{ scale = 1, share = 1 }]",
             &["bad.toml:17:9", "`particles.0.sizes`", "remove it"],
         ),
+        (
+            "seed = 1",
+            "seed = 1\ncolumns = { x = \"Points:0\" }",
+            &["bad.toml:18:11", "`particles.0.columns` belongs to a `file`", "remove it"],
+        ),
     ]);
 }
 

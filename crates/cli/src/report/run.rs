@@ -11,6 +11,9 @@ use turbid::output::numbers::{self, duration, with_error};
 use turbid::output::{LEAST_DISTANCE, OutputFiles, SeriesTable, Summary};
 use turbid_plot::Bars;
 
+/// Kinds of particles of which each has a row; a file of positions may have thousands of sizes.
+const LISTED_SHAPES: usize = 20;
+
 /// A run has the title of its case if it is alone, or else, as the runs of a study have one case, that of its directory. Its pictures take
 /// some `share` (bytes) of what is `left` of the page, which becomes less by what they take.
 pub(super) fn describe(section: &mut Section, source: &Source, share: u64, left: &mut u64) -> Result<()> {
@@ -129,9 +132,18 @@ fn tables(section: &mut Section, summary: &Summary) {
     for (name, choice) in choices {
         rows.extend(choice.iter().map(|choice| vec![name.into(), choice.clone(), String::new()]));
     }
-    for shape in &summary.shapes {
+    let (listed, others) = summary.shapes.split_at(summary.shapes.len().min(LISTED_SHAPES));
+    for shape in listed {
         let name = format!("{}, D = {} m", shape.kind, number(shape.equivalent_diameter));
         rows.push(vec![name, shape.count.to_string(), "particles".into()]);
+    }
+    if !others.is_empty() {
+        let diameters = || others.iter().map(|shape| shape.equivalent_diameter);
+        let [least, most] =
+            [diameters().fold(f64::INFINITY, f64::min), diameters().fold(0.0, f64::max)].map(number);
+        let name = format!("{} further sizes, D = {least} to {most} m", others.len());
+        let count: usize = others.iter().map(|shape| shape.count).sum();
+        rows.push(vec![name, count.to_string(), "particles".into()]);
     }
     section.table("Set-up", &["quantity", "value", "unit"], rows);
 }

@@ -12,6 +12,7 @@
 
 use crate::math::Vec3;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 /// A vector as a function of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,7 +31,7 @@ pub enum TimeFunction {
         phase: f64,
     },
     /// Values at ascending times (s), linear between them and constant before and after.
-    Table(Vec<(f64, Vec3)>),
+    Table(Arc<[(f64, Vec3)]>),
 }
 
 impl Default for TimeFunction {
@@ -158,12 +159,12 @@ mod tests {
                 frequency: 3.0,
                 phase: 0.7,
             },
-            TimeFunction::Table(vec![
+            TimeFunction::Table(Arc::new([
                 (0.1, Vec3::new(1.0, 0.0, 0.0)),
                 (0.25, Vec3::new(-1.0, 2.0, 0.0)),
                 (0.9, Vec3::new(0.0, 2.0, 5.0)),
-            ]),
-            TimeFunction::Table(vec![(0.5, Vec3::x())]),
+            ])),
+            TimeFunction::Table(Arc::new([(0.5, Vec3::x())])),
         ]
     }
 

@@ -48,6 +48,17 @@ pub enum ShapeError {
         /// Largest distance from the plane through three far points (m).
         height: f64,
     },
+    /// More faces than contacts can be computed with in a reasonable time.
+    #[error(
+        "the convex hull has {count} flat faces, but at most {most} are of use: contacts look at all of them; take a coarser \
+         mesh or fewer points"
+    )]
+    TooManyFaces {
+        /// Number of faces, where those in one plane are one.
+        count: usize,
+        /// Most that are allowed.
+        most: usize,
+    },
     /// A point lies below the surface of the hull.
     #[error(
         "point {index} at ({}, {}, {}) lies {depth} below the convex hull of all points, so the body is concave; \

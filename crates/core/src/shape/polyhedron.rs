@@ -15,6 +15,9 @@ pub const COMPUTED: f64 = 1e-9;
 /// The same for corners in single precision, as binary STL files hold them.
 pub const SINGLE_PRECISION: f64 = 1e-6;
 
+/// Most faces of a body: contacts look at all of them, and set-up compares edges pair by pair.
+pub const MOST_FACES: usize = 4_096;
+
 /// A flat face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Face {
@@ -77,7 +80,7 @@ impl Polyhedron {
     /// Points closer together than `tolerance` times the extent are one (see [`COMPUTED`], [`SINGLE_PRECISION`]).
     ///
     /// # Errors
-    /// Fewer than four points, points in a plane, and numbers that are not finite.
+    /// Fewer than four points, points in a plane, numbers that are not finite, and more than [`MOST_FACES`].
     pub fn hull(points: &[Vec3], tolerance: f64) -> Result<(Self, Placement), ShapeError> {
         let hull = hull::hull(points, tolerance)?;
         let at = |i: u32| hull.points[i as usize];
@@ -108,12 +111,33 @@ impl Polyhedron {
         Ok((body, placement))
     }
 
+    /// The same body with all lengths multiplied by a factor above 0.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let square = factor * factor;
+        let scaled = |face: &Face| Face { offset: face.offset * factor, ..face.clone() };
+        let vertices: Vec<Vec3> = self.vertices.iter().map(|vertex| vertex * factor).collect();
+        let faces: Vec<Face> = self.faces.iter().map(scaled).collect();
+        Self {
+            features: Features::new(&vertices, &faces),
+            volume: self.volume * square * factor,
+            inertia: self.inertia * square,
+            circumradius: self.circumradius * factor,
+            width: self.width * factor,
+            vertices,
+            faces,
+        }
+    }
+
     /// Flat faces from the triangles of a hull, in the body frame.
     fn in_frame(hull: &Hull, placement: &Placement) -> Result<Self, ShapeError> {
         let mut loops = hull::merge(hull);
         if !is_closed(&loops) {
             // Rounding has torn the flat faces apart; the triangles are closed whatever happens.
             loops = hull.triangles.iter().map(|t| t.to_vec()).collect();
+        }
+        if loops.len() > MOST_FACES {
+            return Err(ShapeError::TooManyFaces { count: loops.len(), most: MOST_FACES });
         }
         let used: BTreeSet<u32> = loops.iter().flatten().copied().collect();
         let used = Vec::from_iter(used);
