@@ -131,20 +131,24 @@ fn term(text: &str) -> Result<Term, String> {
     if name.is_empty() {
         return Err(format!("is \"{}\", which names no column", input::word(text)));
     }
-    Ok(Term { factor, name: name.to_lowercase(), unit: unit.map(str::to_owned), constant })
+    Ok(Term { factor, name, unit: unit.map(str::to_owned), constant })
 }
 
-/// The name in a header without quotes, and the unit in brackets behind it.
-fn split_unit(field: &str) -> (&str, Option<&str>) {
+/// The name in a header in lower case, without quotes, and the unit in brackets behind it, or before the number of a component:
+/// `velocity (m/s):0` is `velocity:0`.
+fn split_unit(field: &str) -> (String, Option<&str>) {
     let field = unquoted(field);
+    let component = field.rsplit_once(':').filter(|(_, number)| number.parse::<u32>().is_ok());
+    let (rest, component) = component.map_or((field, None), |(rest, number)| (rest, Some(number)));
     for (open, close) in [('[', ']'), ('(', ')')] {
-        let parts = field.strip_suffix(close).and_then(|field| field.rsplit_once(open));
+        let parts = rest.strip_suffix(close).and_then(|rest| rest.rsplit_once(open));
         // A number is that of a component, as in `c_quat[1]`.
         if let Some((name, unit)) = parts.filter(|(_, unit)| unit.trim().parse::<u32>().is_err()) {
-            return (name.trim(), Some(unit.trim()));
+            let component = component.map_or_else(String::new, |number| format!(":{number}"));
+            return (name.trim().to_lowercase() + &component, Some(unit.trim()));
         }
     }
-    (field, None)
+    (field.to_lowercase(), None)
 }
 
 /// A field without blanks and quotes around it.
@@ -252,12 +256,8 @@ impl Layout {
         columns: &Columns,
         dialect: &Dialect,
     ) -> Result<Self, String> {
-        let fields: Vec<(String, Option<&str>)> = (header.iter().map(AsRef::as_ref))
-            .map(|field| {
-                let (name, unit) = split_unit(field);
-                (name.to_lowercase(), unit)
-            })
-            .collect();
+        let fields: Vec<(String, Option<&str>)> =
+            header.iter().map(|field| split_unit(field.as_ref())).collect();
         let mut wanted: Vec<Wanted> = Vec::new();
         for (target, term) in &columns.0 {
             let (key, quantity, _) = COLUMNS[*target];

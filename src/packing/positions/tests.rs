@@ -149,6 +149,15 @@ fn units_in_a_header_scale_its_columns() {
 }
 
 #[test]
+fn arrays_of_points_keep_their_names_and_units_in_a_table() {
+    let text = "\"Points:0\",\"Points:1\",\"Points:2\",\"velocity (m/s):0\",\"velocity (m/s):2\",\"equivalent_diameter (m)\"\n1,2,3,4,5,6\n";
+    let read = parse(text, "p").unwrap()[0];
+    assert_eq!(read.position, Vec3::new(1.0, 2.0, 3.0));
+    assert_eq!(read.motion.unwrap()[0], Vec3::new(4.0, 0.0, 5.0));
+    assert_eq!(read.diameter.map(|found| found.0), Some(6.0));
+}
+
+#[test]
 fn a_map_of_columns_takes_factors_units_and_constants_and_leaves_others_out() {
     let text = "\"Points:0\",\"Points:1\",\"Points:2\",\"radius [mm]\",\"colour [K]\",type\n10,20,30,2,7,3\n";
     let map = [
@@ -321,7 +330,7 @@ fn an_xml_file_of_vtk_is_read_in_every_encoding() {
     let file = |attributes: &str, array: &str, appended: &[u8]| {
         let head = format!(
             "<?xml version=\"1.0\"?>\n<!-- > -->\n<VTKFile type=\"PolyData\" byte_order=\"LittleEndian\" header_type=\"UInt32\"{attributes}>\n\
-             <PolyData><Piece NumberOfPoints=\"2\"><PointData><DataArray type=\"Float32\" Name=\"radius\" format=\"ascii\">\n\
+             <PolyData><Piece NumberOfPoints=\"2\"><PointData><DataArray type=\"Float32\" Name=\"radius (m)\" format=\"ascii\">\n\
              0.5 0.75\n</DataArray></PointData><Points><DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" {array}\
              </DataArray></Points></Piece></PolyData>\n"
         );
