@@ -57,8 +57,8 @@ pub use file::{BodyColour, Quantity};
 pub use hertz::Hertz;
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
-pub(crate) use resolve::with_shapes;
 pub use resolve::{from_saved, from_text, load, outline};
+pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub use schedule::CHECKPOINT_INTERVAL;
 #[doc(hidden)]
 pub use source::{Source, nearest};
@@ -267,6 +267,8 @@ pub struct OutputPlan {
     pub pictures: Vec<PicturePlan>,
     /// Interval between checkpoints.
     pub checkpoint_every: CheckpointSpacing,
+    /// The run leaves a checkpoint at its end.
+    pub checkpoint_at_end: bool,
 }
 
 /// Interval between the checkpoints that a run writes without a request.
@@ -274,7 +276,7 @@ pub struct OutputPlan {
 pub enum CheckpointSpacing {
     /// Never.
     Never,
-    /// After each interval of this many steps, and at the end.
+    /// After each interval of this many steps.
     Steps(u64),
     /// After so much wall time each.
     WallTime(Duration),

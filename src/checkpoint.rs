@@ -131,7 +131,7 @@ pub fn newest_sound<R>(
         code: 2,
         text: if skipped.is_empty() {
             format!(
-                "there is no checkpoint in {}: name the output directory of a run that has written one, as it does with \
+                "there is no checkpoint in {}: name the output directory of a run that has written one, as it does at its end, with \
                  output.checkpoint_every and when it is stopped",
                 directory.display()
             )

@@ -9,6 +9,7 @@
 mod atomic;
 pub mod contacts;
 pub mod directory;
+mod growing;
 pub mod numbers;
 #[cfg(feature = "pictures")]
 mod overlay;
@@ -32,13 +33,14 @@ pub mod walls;
 pub use atomic::{write_atomically, write_bytes};
 pub use contacts::{contacts, force_chains};
 pub use directory::{Numbered, OutputFiles};
+pub use growing::{RowsMark, SeriesWriter};
 #[cfg(feature = "pictures")]
 pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use points::ParticlePoints;
 pub use polydata::PolyData;
 pub use pvd::Collection;
-pub use series::{SeriesColumn, SeriesRow, SeriesTable, SeriesWriter};
+pub use series::{SeriesColumn, SeriesRow, SeriesTable};
 pub use statistics::{
     Estimate, LEAST_DISTANCE, Settled, estimate_mean, estimate_ratio, estimate_settling, settled,
     settled_suspension,

@@ -3,6 +3,7 @@
 //! [`run()`] does all of it and writes files; [`Simulation`] is for programs that step themselves.
 
 mod bench;
+mod branch;
 mod checkpointer;
 mod engine;
 mod entrances;
@@ -39,7 +40,9 @@ pub use bench::{
     BenchOptions, BenchReport, Costs, KernelReport, Network, RankReport, Rate, Spread, bench,
     bench_conditions, calibrate,
 };
+pub use branch::Branch;
 use checkpointer::Requests;
+pub use checkpointer::saved_head;
 use engine::Context;
 use entrances::{ExternalLoad, refuse_endless};
 pub use identity::identity;
@@ -47,8 +50,8 @@ pub use measure::Measurement;
 pub use observe::instruction_set;
 pub use references::{Law, Suspension, settling_references};
 pub use run::{
-    MoreWriters, Progress, RunOptions, agreed, decompose, forecast, resume, resume_with, run, run_with,
-    saved_setup,
+    MoreWriters, Progress, RunOptions, agreed, branch, decompose, finished, forecast, resume, resume_with,
+    run, run_with, saved_setup,
 };
 pub use session::Session;
 use std::rc::Rc;
@@ -154,7 +157,8 @@ impl FluidSystem {
             let units = setup.units();
             let middle = |cell: [usize; 3]| Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * units.dx);
             fluid.set_equilibrium(|cell| (1.0, (flow.velocity(middle(cell)) / units.velocity()).into()));
-            coupling.begin_moving(particles, |at| [flow.velocity(at), flow.angular_velocity()]);
+            coupling
+                .begin_moving(particles, |body| [flow.velocity(body.position()), flow.angular_velocity()]);
         }
         #[cfg(feature = "gpu")]
         if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {

@@ -23,7 +23,7 @@ const MAY_USE: &[(&str, &str)] = &[
         "crosscheck checks simulation case output engine checkpoint coupling fluid particle domain comm math input error",
     ),
     ("report", "study checks simulation output plot input error"),
-    ("study", "checks simulation case output checkpoint plot comm math input error"),
+    ("study", "checks simulation case output checkpoint plot math input error"),
     (
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",

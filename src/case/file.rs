@@ -315,11 +315,11 @@ pub enum CheckpointEvery {
     Never,
     /// Seconds of wall time.
     WallTime(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e9))] f64),
-    /// Seconds; and at the end.
+    /// Seconds.
     Time(#[schemars(transform = positive)] f64),
-    /// Steps; and at the end.
+    /// Steps.
     Steps(#[schemars(extend("minimum" = 1))] u64),
-    /// Units of `t* = D / u_Stokes`; and at the end.
+    /// Units of `t* = D / u_Stokes`.
     StokesTimes(#[schemars(transform = positive)] f64),
 }
 
@@ -347,6 +347,8 @@ pub struct OutputSection {
     /// Checkpoints, from which `turbid resume` continues; the last two are kept. Default `{ wall_time = 600 }`, with the engine
     /// LIGGGHTS "never".
     pub checkpoint_every: Option<CheckpointEvery>,
+    /// A checkpoint at the end, with which a finished run can be extended or branched off. Default: true unless `checkpoint_every` is "never".
+    pub checkpoint_at_end: Option<bool>,
 }
 
 /// An axis of the box.

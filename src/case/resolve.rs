@@ -85,12 +85,24 @@ pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &O
 pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: &[String]) -> Result<Setup> {
     // This processor may lack what the one had that the run comes from.
     let simd: Vec<String> = (options.iter().filter(|option| names(option, "run.simd")).cloned()).collect();
-    let source = Source::new(title(name), text.to_string(), &simd);
-    let mut setup = resolve(&source, name, Files { saved: Some(files), ..Files::default() }, true)?;
+    let mut setup = from_saved_anew(name, text, files, &simd, true)?;
     if !options.is_empty() {
         reschedule(&mut setup, text, options)?;
     }
     Ok(setup)
+}
+
+/// As [`from_saved`], for another run of that case: options may change any key. Particles that are placed at random are only counted
+/// unless `places`.
+pub(crate) fn from_saved_anew(
+    name: &str,
+    text: &str,
+    files: &[(String, Vec<u8>)],
+    options: &[String],
+    places: bool,
+) -> Result<Setup> {
+    let source = Source::new(title(name), text.to_string(), options);
+    resolve(&source, name, Files { saved: Some(files), ..Files::default() }, places)
 }
 
 /// Particles are placed at random if `places`, else counted.

@@ -126,14 +126,15 @@ impl Source {
             let path: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
             let remedy = match path[..] {
                 ["output", "directory", ..] => {
-                    "a run is resumed in its own directory; a copy of that can be resumed as well"
+                    "a run is resumed in its own directory; `--out NEW` makes a branch of it elsewhere"
                 }
                 // A program may be elsewhere by now, or slower.
                 ["run" | "output", _, ..] | ["dem", "engine", "command" | "folder" | "timeout", ..] => {
                     continue;
                 }
                 _ => {
-                    "only keys below `run.` and `output.` can; any other change makes another run, for `turbid run`"
+                    "only keys below `run.` and `output.` can; any other change makes another run: `turbid resume DIR --out NEW` branches off \
+                     one, which continues with the fluid and the particles"
                 }
             };
             let title = format!("`--set {text}` cannot change a run that is resumed");
@@ -197,6 +198,7 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
         document.interval(&format!("output.{key}"), value, clock, end_step / number)
     };
     let particles_every = every("particles_every", output.particles_every, 50)?;
+    let checkpoint_every = checkpoint_every(document, clock)?;
     Ok(OutputPlan {
         directory,
         series_every: every("series_every", output.series_every, 1000)?,
@@ -215,7 +217,8 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
             asked => every("picture_every", asked, 10)?,
         },
         pictures: pictures(document, size)?,
-        checkpoint_every: checkpoint_every(document, clock)?,
+        checkpoint_every,
+        checkpoint_at_end: output.checkpoint_at_end.unwrap_or(checkpoint_every != CheckpointSpacing::Never),
     })
 }
 

@@ -267,7 +267,7 @@ fn a_later_format_is_named_with_the_program_that_wrote_it() {
     std::fs::write(&path, format!("{above}# xxh3 of all lines above: {seal:016x}\n")).unwrap();
     let error = read_all(&directory.join("step-0000000100")).unwrap_err().to_string();
     let version = env!("CARGO_PKG_VERSION");
-    let said = format!("written by turbid {version} in format 9, and this program reads format 6");
+    let said = format!("written by turbid {version} in format 9, and this program reads format 7");
     assert!(error.contains(&said), "{error}");
 }
 

@@ -1,6 +1,6 @@
 //! The paths of single particles, `particle_series.csv`.
 
-use super::series::SeriesWriter;
+use super::growing::{RowsMark, SeriesWriter};
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
@@ -56,8 +56,7 @@ struct Row {
 /// State of `particle_series.csv`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PathsState {
-    /// Bytes of the file.
-    length: u64,
+    rows: RowsMark,
     /// Last position of each particle, in the box and on its continuous path (m).
     last: Vec<[[f64; 3]; 2]>,
 }
@@ -81,20 +80,25 @@ impl ParticleSeries {
     /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
     pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
         let last = (state.last.iter()).map(|[inside, path]| (Vec3::from(*inside), Vec3::from(*path)));
-        Ok(Self { writer: SeriesWriter::resume(path, state.length)?, domain, last: last.collect() })
+        Ok(Self { writer: SeriesWriter::resume(path, &state.rows)?, domain, last: last.collect() })
     }
 
     /// Checks that the file has the rows that [`resume`](Self::resume) needs. Errors: [`Error::Input`](crate::error::Error::Input) if
     /// not.
     pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
-        SeriesWriter::holds(path, state.length)
+        SeriesWriter::holds(path, &state.rows)
+    }
+
+    /// As [`SeriesWriter::intact`].
+    pub fn intact(&self) -> Result<()> {
+        self.writer.intact()
     }
 
     /// State to [resume](Self::resume) from; the rows so far are safe on disk after this.
-    pub fn state(&mut self) -> Result<PathsState> {
+    pub fn state(&self) -> Result<PathsState> {
         let last = self.last.iter();
         Ok(PathsState {
-            length: self.writer.length()?,
+            rows: self.writer.mark()?,
             last: last.map(|(inside, path)| [(*inside).into(), (*path).into()]).collect(),
         })
     }

@@ -119,15 +119,19 @@ pub struct PointRecord {
 pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
     let index = pieces::index(file);
     let parts: Vec<PathBuf> = if index.exists() {
-        let text = input::read_text(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
-        let count = text.matches("<Piece ").count();
+        let text = input::read_unlinked(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
+        let count = String::from_utf8_lossy(&text).matches("<Piece ").count();
         (0..count).map(|rank| pieces::piece(file, rank)).collect()
     } else {
         vec![file.to_path_buf()]
     };
+    // The folder of pieces is the run's own as well.
+    if let Some(folder) = parts.first().and_then(|part| part.parent()).filter(|folder| folder.is_symlink()) {
+        return Err(Error::Input(format!("{} is a symbolic link, and no folder of a run", folder.display())));
+    }
     let mut all = Vec::new();
     for part in parts {
-        let bytes = input::read(&part, input::TABLE).map_err(|e| Error::io("read", &part, e))?;
+        let bytes = input::read_unlinked(&part, input::TABLE).map_err(|e| Error::io("read", &part, e))?;
         let records = records(&bytes).map_err(|what| {
             let shown = part.display();
             Error::Input(format!(
@@ -140,9 +144,9 @@ pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
     Ok(all)
 }
 
-/// The particles in the bytes of a file, or what is wrong with it.
+/// The particles in the bytes of a file, or what is wrong with it, without a word of it.
 fn records(bytes: &[u8]) -> std::result::Result<Vec<PointRecord>, String> {
-    let vtk = Vtk::parse_xml(bytes).map_err(|error| format!("not a file of VTK: {error}"))?;
+    let vtk = Vtk::parse_xml(bytes).map_err(|_| "no file of VTK that this program reads".to_owned())?;
     let DataSet::PolyData { pieces, .. } = vtk.data else {
         return Err("no polygonal data".to_owned());
     };

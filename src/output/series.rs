@@ -4,9 +4,7 @@ use crate::error::{Error, Result};
 use crate::input;
 use crate::wall::Wall;
 use serde::{Serialize, Serializer};
-use std::fs::File;
-use std::io::{Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields; those of walls
 /// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow. [`DEFINITIONS`] says what they are.
@@ -223,90 +221,6 @@ fn known<S: Serializer>(values: &impl AsRef<[f64]>, serializer: S) -> std::resul
     serializer.collect_seq(values.as_ref().iter().map(|x| (!x.is_nan()).then_some(x)))
 }
 
-/// Writes a table that grows on disk, as `series.csv`.
-#[derive(Debug)]
-pub struct SeriesWriter {
-    path: PathBuf,
-    writer: csv::Writer<File>,
-}
-
-impl SeriesWriter {
-    /// Creates the `series.csv` of a run with these walls and these sections of prescribed motion, replacing an older one, and writes the
-    /// header.
-    pub fn create(path: &Path, walls: &[Wall], prescribed: &[usize]) -> Result<Self> {
-        let columns = COLUMNS.into_iter().map(String::from);
-        Self::with_columns(path, columns.chain(wall_columns(walls)).chain(load_columns(prescribed)))
-    }
-
-    /// As [`create`](Self::create), with these columns.
-    pub fn with_columns(path: &Path, columns: impl IntoIterator<Item: AsRef<[u8]>>) -> Result<Self> {
-        let file = File::create(path).map_err(|source| Error::io("create", path, source))?;
-        let mut table = Self::of(path, file);
-        let header = table.writer.write_record(columns).and_then(|()| Ok(table.writer.flush()?));
-        table.check(header)?;
-        Ok(table)
-    }
-
-    fn of(path: &Path, file: File) -> Self {
-        let writer = csv::WriterBuilder::new().has_headers(false).from_writer(file);
-        Self { path: path.to_path_buf(), writer }
-    }
-
-    /// Checks that the file has the first `length` bytes that [`resume`](Self::resume) wants. Errors: [`Error::Input`] if not.
-    pub fn holds(path: &Path, length: u64) -> Result<()> {
-        let found = std::fs::metadata(path).map_err(|source| gone(path, &source.to_string()))?.len();
-        if found < length {
-            return Err(gone(path, &format!("it has {found} bytes of at least {length}")));
-        }
-        Ok(())
-    }
-
-    /// Continues after the first `length` bytes of the file, which are whole rows; what follows is cut off. Errors:
-    /// [`Error::Input`] if the file is not there or has become shorter.
-    pub fn resume(path: &Path, length: u64) -> Result<Self> {
-        Self::holds(path, length)?;
-        let mut file =
-            File::options().write(true).open(path).map_err(|source| gone(path, &source.to_string()))?;
-        file.set_len(length)
-            .and_then(|()| file.seek(SeekFrom::End(0)))
-            .map_err(|source| Error::io("cut", path, source))?;
-        Ok(Self::of(path, file))
-    }
-
-    /// Bytes of the file, which are safe on disk after this.
-    pub fn length(&mut self) -> Result<u64> {
-        let file = self.writer.get_ref();
-        file.sync_all()
-            // The name of a new file, too.
-            .and_then(|()| match self.path.parent().filter(|parent| parent.is_dir()) {
-                Some(folder) => File::open(folder)?.sync_all(),
-                None => Ok(()),
-            })
-            .and_then(|()| file.metadata())
-            .map(|metadata| metadata.len())
-            .map_err(|source| Error::io("write", &self.path, source))
-    }
-
-    /// Appends rows and hands them to the operating system as a whole, so that a killed run leaves whole rows.
-    pub fn write(&mut self, rows: &[impl Serialize]) -> Result<()> {
-        let written = rows.iter().try_for_each(|row| self.writer.serialize(row));
-        let written = written.and_then(|()| Ok(self.writer.flush()?));
-        self.check(written)
-    }
-
-    fn check(&self, done: csv::Result<()>) -> Result<()> {
-        done.map_err(|error| Error::io("write", &self.path, std::io::Error::from(error)))
-    }
-}
-
-/// The rows of an earlier run are not what they were.
-fn gone(path: &Path, what: &str) -> Error {
-    Error::Input(format!(
-        "the rows of {} cannot be continued: {what}\n  put the file back as the run has left it, or start a new run",
-        path.display()
-    ))
-}
-
 /// The columns of a time series, by the names in its header.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SeriesTable {
@@ -333,7 +247,8 @@ impl SeriesTable {
             csv::ErrorKind::Io(source) => Error::io("read", path, source),
             other => Error::Input(format!("{}: {other:?}", path.display())),
         };
-        let bytes = input::read(path, input::TABLE).map_err(|source| Error::io("read", path, source))?;
+        let bytes =
+            input::read_unlinked(path, input::TABLE).map_err(|source| Error::io("read", path, source))?;
         let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(&bytes[..]);
         let header = reader.headers().map_err(broken)?.clone();
         let mut columns: Vec<SeriesColumn> = header.iter().map(column).collect();
@@ -387,35 +302,7 @@ fn bad_row(path: &Path, record: &csv::StringRecord, columns: &[SeriesColumn]) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn rows_go_on_where_they_were_and_later_ones_are_cut_off() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("series.csv");
-        let row = |step| SeriesRow { step, ..SeriesRow::default() };
-        let mut series = SeriesWriter::create(&path, &[], &[]).unwrap();
-        series.write(&[row(1)]).unwrap();
-        let length = series.length().unwrap();
-        series.write(&[row(7)]).unwrap();
-        drop(series);
-        let mut series = SeriesWriter::resume(&path, length).unwrap();
-        series.write(&[row(2)]).unwrap();
-        let mut reader = csv::Reader::from_path(&path).unwrap();
-        let steps: Vec<String> = reader.records().map(|r| r.unwrap()[0].to_string()).collect();
-        assert_eq!(steps, ["1", "2"]);
-    }
-
-    #[test]
-    fn rows_that_are_gone_are_named_and_what_is_left_stays() {
-        let directory = tempfile::tempdir().unwrap();
-        let path = directory.path().join("series.csv");
-        std::fs::write(&path, "step\n1\n").unwrap();
-        let error = SeriesWriter::resume(&path, 100).unwrap_err().to_string();
-        assert!(error.contains("series.csv") && error.contains("7 bytes"), "{error}");
-        assert_eq!(std::fs::read(&path).unwrap(), b"step\n1\n");
-        std::fs::remove_file(&path).unwrap();
-        assert!(SeriesWriter::resume(&path, 100).is_err());
-    }
+    use crate::output::SeriesWriter;
 
     #[test]
     fn every_column_has_one_definition_and_every_definition_a_column() {

@@ -1,7 +1,8 @@
 //! The result of a run in numbers, `summary.json`.
 
 use super::atomic::write_bytes;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::input;
 use schemars::JsonSchema;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
@@ -224,6 +225,12 @@ pub struct WallSummary {
 }
 
 impl Summary {
+    /// Reads a summary, but not through a symbolic link.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes = input::read_unlinked(path, input::RECORD).map_err(|e| Error::io("read", path, e))?;
+        serde_json::from_slice(&bytes).map_err(|e| Error::Input(format!("{}: {e}", path.display())))
+    }
+
     /// Writes the summary as indented JSON.
     pub fn write(&self, path: &Path) -> Result<()> {
         let json = serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n";

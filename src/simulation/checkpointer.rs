@@ -2,14 +2,15 @@
 
 use super::observe::{Observer, ObserverState, Writers};
 use super::run::RunOptions;
+use super::saved::own_data;
 use super::{Simulation, identity};
 use crate::case::{CheckpointSpacing, Setup};
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{self, Checkpoint, Head};
 use crate::comm::Comm;
 use crate::error::{Error, Result};
 use crate::output::OutputFiles;
 use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -18,10 +19,17 @@ const SLOW_DISK: f64 = 1e8;
 
 /// State that is the same on all ranks, or known to rank 0 alone.
 #[derive(Serialize, Deserialize)]
-struct Shared {
+pub(super) struct Shared {
     observer: ObserverState,
     /// Time that writing the previous checkpoint took (s).
     write_seconds: Option<f64>,
+}
+
+impl Shared {
+    /// Refuses a directory that holds another run than the one that has left this.
+    pub(super) fn is_of(&self, directory: &Path) -> Result<()> {
+        self.observer.is_of(directory)
+    }
 }
 
 /// Requests to a run.
@@ -101,8 +109,9 @@ impl<'a> Checkpointer<'a> {
         requests: Requests,
     ) -> Result<()> {
         let step = simulation.step;
-        let due = matches!(self.setup.plan.output.checkpoint_every, CheckpointSpacing::Steps(every)
-            if step > 0 && (step.is_multiple_of(every) || step >= self.setup.plan.end_step));
+        let plan = &self.setup.plan;
+        let in_turn = matches!(plan.output.checkpoint_every, CheckpointSpacing::Steps(every) if step.is_multiple_of(every));
+        let due = step > 0 && (in_turn || plan.output.checkpoint_at_end && step >= plan.end_step);
         if simulation.checkpoint == Some(step) || !(due || requests.stop || requests.checkpoint) {
             return Ok(());
         }
@@ -131,39 +140,65 @@ impl<'a> Checkpointer<'a> {
         let (shared, skipped) = simulation.read_state(
             &self.folder,
             self.setup,
-            |saved| self.means_the_same(saved),
+            |saved| means_the_same(saved, self.setup),
             |shared: &Shared| shared.observer.fits(writers),
+            |_, _| Ok(()),
         )?;
         // Of a file: it may hold any number.
         self.write_seconds = shared.write_seconds.filter(|seconds| (0.0..1e9).contains(seconds));
-        let (done, end) = (simulation.step, self.setup.plan.end_step);
-        if end < done {
-            return Err(Error::Agreed {
-                code: 2,
-                text: format!("the run has done {done} steps, but `run.end` is step {end}: give a later end"),
-            });
-        }
+        refuse_end(simulation.step, self.setup)?;
         Ok((shared.observer, skipped))
     }
+}
 
-    /// Refuses a checkpoint of which this program would make another run than the one that wrote it.
-    fn means_the_same(&self, saved: &Checkpoint) -> Result<()> {
-        let (then, now) = (&saved.head().case.resolved, identity(self.setup));
-        let then: serde_json::Value = serde_json::from_str(then).unwrap_or_default();
-        let other: Vec<String> = (now.as_object().into_iter().flatten())
-            .filter(|(key, value)| then.get(key) != Some(value))
-            .map(|(key, value)| {
-                let then = then.get(key).map_or("nothing".to_string(), ToString::to_string);
-                format!("{key} was {then} and would be {value}")
-            })
-            .collect();
-        if other.is_empty() {
-            return Ok(());
-        }
-        Err(Error::Input(format!(
-            "{}: this version of turbid makes another run of the case: {}; resume it with the version that wrote it, or run the case anew",
-            saved.name(),
-            other.join(", ")
-        )))
+/// Refuses a run that must end at `step` or later and ends before; the same on every rank.
+pub(super) fn refuse_end(step: u64, setup: &Setup) -> Result<()> {
+    let end = setup.plan.end_step;
+    if end >= step {
+        return Ok(());
     }
+    Err(Error::Agreed {
+        code: 2,
+        text: format!("the run has done {step} steps, but `run.end` is step {end}: give a later end"),
+    })
+}
+
+/// Head of the newest checkpoint in the output directory of a run that is of this run: its rows are there.
+///
+/// # Errors
+/// [`Error::Agreed`] if there is none, with the defect of each.
+pub fn saved_head(directory: &Path) -> Result<Head> {
+    let folder = OutputFiles::new(directory).checkpoints();
+    let of_this_run = |saved: &Checkpoint| {
+        let shared: Shared = own_data(saved)?;
+        shared.is_of(directory).map_err(|error| of_another_run(saved, &error))?;
+        Ok(saved.head().clone())
+    };
+    Ok(checkpoint::newest_sound(&folder, &Comm::Solo, of_this_run)?.0)
+}
+
+/// The error of a checkpoint that does not fit the files of the run.
+pub(super) fn of_another_run(saved: &Checkpoint, error: &Error) -> Error {
+    Error::Input(format!("checkpoint {} of the case `{}`: {error}", saved.name(), saved.head().case.name))
+}
+
+/// Refuses a checkpoint of which this program would make another run than the one that wrote it.
+pub(super) fn means_the_same(saved: &Checkpoint, setup: &Setup) -> Result<()> {
+    let (then, now) = (&saved.head().case.resolved, identity(setup));
+    let then: serde_json::Value = serde_json::from_str(then).unwrap_or_default();
+    let other: Vec<String> = (now.as_object().into_iter().flatten())
+        .filter(|(key, value)| then.get(key) != Some(value))
+        .map(|(key, value)| {
+            let then = then.get(key).map_or("nothing".to_string(), ToString::to_string);
+            format!("{key} was {then} and would be {value}")
+        })
+        .collect();
+    if other.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "{}: this version of turbid makes another run of the case: {}; resume it with the version that wrote it, or run the case anew",
+        saved.name(),
+        other.join(", ")
+    )))
 }

@@ -48,21 +48,23 @@ pub(super) fn relaxation_time(fluid: Option<&FluidSetup>) -> f64 {
 
 /// XXH3 (64 bits, 16 hexadecimal digits) of the numbers that the [module](self) lists, in canonical form.
 pub(super) fn setup_hash(setup: &Setup) -> String {
-    let file = |(name, bytes): &(String, Vec<u8>)| json!([name, format!("{:016x}", xxh3_64(bytes))]);
     let mut text = String::new();
-    canonical(
-        &json!({
-            "contact": setup.contact.as_ref().map(contact),
-            "files": setup.provenance.files.iter().map(file).collect::<Vec<_>>(),
-            "fluid": setup.fluid.as_ref().map(fluid),
-            "gravity": vector(setup.gravity),
-            "substeps": setup.substeps,
-            "templates": setup.templates.iter().zip(&setup.motions).map(template).collect::<Vec<_>>(),
-            "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
-        }),
-        &mut text,
-    );
+    canonical(&physics(setup), &mut text);
     format!("{:016x}", xxh3_64(text.as_bytes()))
+}
+
+/// The numbers that the [module](self) lists.
+pub(super) fn physics(setup: &Setup) -> Json {
+    let file = |(name, bytes): &(String, Vec<u8>)| json!([name, format!("{:016x}", xxh3_64(bytes))]);
+    json!({
+        "contact": setup.contact.as_ref().map(contact),
+        "files": setup.provenance.files.iter().map(file).collect::<Vec<_>>(),
+        "fluid": setup.fluid.as_ref().map(fluid),
+        "gravity": vector(setup.gravity),
+        "substeps": setup.substeps,
+        "templates": setup.templates.iter().zip(&setup.motions).map(template).collect::<Vec<_>>(),
+        "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
+    })
 }
 
 /// Appends JSON without spaces, its keys sorted, and every number as the shortest decimal that reads back as the same `f64`, in

@@ -7,7 +7,7 @@ mod gather;
 mod row;
 mod summary;
 
-use super::writers::{Need, RankOutput, RootOutput, Writer, WriterState, slice_planes};
+use super::writers::{self, Need, RankOutput, RootOutput, Writer, WriterState, slice_planes};
 use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -22,6 +22,7 @@ pub(super) use row::settles_for_ever;
 pub(super) use row::settling_direction;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 pub(super) use summary::device_name;
@@ -67,6 +68,11 @@ pub(super) struct ObserverState {
 }
 
 impl ObserverState {
+    /// Refuses a directory that holds another run than the one that has left this state.
+    pub(super) fn is_of(&self, directory: &Path) -> Result<()> {
+        writers::series::refuse_other_rows(directory, &self.states)
+    }
+
     /// Refuses files of the run that cannot be continued.
     pub(super) fn fits(&self, writers: &Writers) -> Result<()> {
         writers.iter().try_for_each(|writer| match self.states.get(writer.name()) {
@@ -194,6 +200,11 @@ impl<'a> Observer<'a> {
         outcome
     }
 
+    /// Refuses to write beside files of this run that somebody has removed, on rank 0.
+    fn intact(&self) -> Result<()> {
+        self.writers.iter().try_for_each(|writer| writer.intact())
+    }
+
     /// Gathers the `needs` of the writers that are `due`, lets them write, and complete their files when all pieces are there.
     /// Collective.
     fn write(
@@ -203,6 +214,7 @@ impl<'a> Observer<'a> {
         needs: &[Need],
         measured: Option<&Measurement>,
     ) -> Result<()> {
+        simulation.comm.agree(self.intact())?;
         let (setup, cut, needed) = (self.setup, self.decomposition, |need| needs.contains(&need));
         let time = simulation.step as f64 * setup.time_step;
         let touches = if needed(Need::Contacts) || needed(Need::AllContacts) || needed(Need::Row) {
@@ -266,6 +278,7 @@ impl<'a> Observer<'a> {
         if !self.is_root {
             return Ok(None);
         }
+        self.intact()?;
         let seconds = self.start.elapsed().as_secs_f64();
         let mut summary = summary::summary(self.setup, simulation, hash, self.first, seconds);
         summary.interrupted = interrupted;

@@ -1,13 +1,14 @@
 //! A run from the first step to the summary: one thread or process per rank, all doing the same.
 
-use super::checkpointer::{Checkpointer, Requests};
+use super::branch::Branch;
+use super::checkpointer::{Checkpointer, Requests, saved_head};
 use super::engine::{Context, engine};
 use super::observe::{Observer, kinds};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::{self, Setup};
-use crate::checkpoint::{self, CaseText, Checkpoint};
+use crate::checkpoint::{self, CaseText};
 #[cfg(feature = "mpi")]
 use crate::comm::MpiComm;
 use crate::comm::{self, Comm, try_on_threads};
@@ -115,51 +116,77 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
 /// # Errors
 /// As [`run`]; what a writer says.
 pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
-    run_from(setup, options, more, false)
+    run_from(setup, options, more, &Begin::Anew)
 }
 
 /// Makes the caller's writers for a rank, the same ones for every rank and call.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
-/// As [`run`], or [`resume`].
+/// State with which a run begins.
+#[derive(Clone, Copy, Debug)]
+enum Begin<'a> {
+    /// That of the case.
+    Anew,
+    /// Its own last checkpoint.
+    Resumed,
+    /// The last checkpoint of another run.
+    Branched(&'a Branch),
+}
+
+/// As [`run`], [`resume`] or [`branch`].
 fn run_from(
     setup: &Setup,
     options: &RunOptions,
     more: &MoreWriters,
-    resumes: bool,
+    begin: &Begin,
 ) -> Result<Option<Summary>> {
     let start = Instant::now();
     let decomposition =
         agreed(refuse_unusable(&setup.engine, options.allow_engine).and_then(|()| decompose(setup)))?;
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
+    let resumes = matches!(begin, Begin::Resumed);
+    let done = if first && resumes { finished(setup) } else { None };
+    if any_process(done.is_some())? {
+        return Ok(done);
+    }
     let _lock = agreed(if first {
         let kinds = [kinds(&writers::of(setup)), kinds(&more(0))].concat();
         claim(setup, options, &kinds, resumes)
     } else {
         Ok(None)
     })?;
-    let plan = Plan { setup, options, more, decomposition: &decomposition, resumes, start };
+    let plan = Plan { setup, options, more, decomposition: &decomposition, begin, start };
     on_ranks(&decomposition, |comm| run_rank(&plan, comm))
 }
 
 /// Resumes the run of this case from the newest sound checkpoint in its output directory. The summary is as that of [`run`].
-/// Errors: [`Error::Input`] if there is no sound checkpoint; else as [`run`].
+/// A run that is [`finished`] stays as it is. Errors: [`Error::Input`] if there is no sound checkpoint; else as [`run`].
 pub fn resume(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     resume_with(setup, options, &|_| Vec::new())
 }
 
 /// As [`resume`], with the caller's writers that [`run_with`] had. Errors: as [`resume`]; what a writer says.
 pub fn resume_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Result<Option<Summary>> {
-    run_from(setup, options, more, true)
+    run_from(setup, options, more, &Begin::Resumed)
 }
 
-/// The case of the run with this output directory, from the newest checkpoint whose case and heads are sound; `changes` are options
+/// Runs a branch to its end, from the newest sound checkpoint of its origin, whose files stay as they are: tables and averages begin
+/// there. Errors: as [`run`].
+pub fn branch(branch: &Branch, options: &RunOptions) -> Result<Option<Summary>> {
+    run_from(&branch.setup, options, &|_| Vec::new(), &Begin::Branched(branch))
+}
+
+/// The summary of the run in the output directory if it has come to the end of this case: there is nothing left to resume.
+pub fn finished(setup: &Setup) -> Option<Summary> {
+    let summary = Summary::read(&OutputFiles::new(&setup.plan.output.directory).summary()).ok()?;
+    (!summary.interrupted && summary.steps == setup.plan.end_step).then_some(summary)
+}
+
+/// The case of the run with this output directory, from its [newest checkpoint](saved_head); `changes` are options
 /// for keys of `[run]` and `[output]`. Errors: [`Error::Input`] if there is no such checkpoint, or for a change that would make
 /// another run of it.
 pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
-    let folder = OutputFiles::new(directory).checkpoints();
-    let newest = |checkpoint: &Checkpoint| Ok(checkpoint.head().clone());
-    let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, newest)?;
+    let head = saved_head(directory)?;
     let CaseText { name, text, files, .. } = &head.case;
     let mut setup = case::from_saved(name, text, files, changes)?;
     setup.plan.output.directory = directory.to_path_buf();
@@ -236,6 +263,15 @@ pub fn agreed<R>(result: Result<R>) -> Result<R> {
     result
 }
 
+/// True if it is on any process of an MPI job. Collective.
+fn any_process(here: bool) -> Result<bool> {
+    #[cfg(feature = "mpi")]
+    if processes().is_some() {
+        return Ok(Comm::Mpi(world()?).any(here));
+    }
+    Ok(here)
+}
+
 /// The ranks of the MPI job; [`Error::Agreed`] if they are not those of the launcher. Collective.
 #[cfg(feature = "mpi")]
 fn world() -> Result<MpiComm> {
@@ -299,12 +335,13 @@ struct Plan<'a> {
     options: &'a RunOptions,
     more: &'a MoreWriters<'a>,
     decomposition: &'a Decomposition,
-    resumes: bool,
+    begin: &'a Begin<'a>,
     start: Instant,
 }
 
 fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
-    let &Plan { setup, options, more, decomposition, resumes, start } = plan;
+    let &Plan { setup, options, more, decomposition, begin, start } = plan;
+    let resumes = !matches!(begin, Begin::Anew);
     let log = OutputFiles::new(&setup.plan.output.directory).engine_log(setup.engine.name());
     let stop = Arc::clone(&options.stop);
     let context = Context { allowed: options.allow_engine, resumes, log: Some(log), stop };
@@ -317,20 +354,33 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         let Simulation { comm, step, .. } = simulation;
         Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
     };
-    // Nothing can refuse the case once it is here: the results of an earlier run may go.
-    let mut observer = if resumes {
-        let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
-        let mut observer = observer(&simulation, writers);
-        observer.resume(&simulation.comm, &state)?;
-        for what in skipped {
-            observer.warn(&what);
-        }
-        observer
-    } else {
-        let clear = || directory::clear(&setup.plan.output.directory, &kinds(&writers));
-        simulation.comm.agree(if simulation.comm.rank() == 0 { clear() } else { Ok(()) })?;
-        observer(&simulation, writers)
+    let clear = |comm: &Comm, writers| {
+        comm.agree(match comm.rank() {
+            0 => directory::clear(&setup.plan.output.directory, &kinds(writers)),
+            _ => Ok(()),
+        })
     };
+    // Nothing can refuse the case once it is here: the results of an earlier run may go.
+    let (mut observer, skipped) = match begin {
+        Begin::Anew => {
+            clear(&simulation.comm, &writers)?;
+            (observer(&simulation, writers), Vec::new())
+        }
+        Begin::Resumed => {
+            let (state, skipped) = checkpointer.restore(&mut simulation, &writers)?;
+            let mut observer = observer(&simulation, writers);
+            observer.resume(&simulation.comm, &state)?;
+            (observer, skipped)
+        }
+        Begin::Branched(branch) => {
+            let skipped = branch.restore(&mut simulation)?;
+            clear(&simulation.comm, &writers)?;
+            (observer(&simulation, writers), skipped)
+        }
+    };
+    for what in skipped {
+        observer.warn(&what);
+    }
     let (first, mut asked) = (simulation.step, Requests::default());
     loop {
         observer.observe(&mut simulation, false)?;

@@ -1,5 +1,6 @@
 //! The state between two steps: saved in a checkpoint with what the owner of the run adds, and restored on any number of ranks.
 
+use super::checkpointer::of_another_run;
 use super::{FluidSystem, Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
@@ -25,6 +26,9 @@ struct SavedState {
 
 /// Takes the saved populations of some cells, or says what is wrong with them.
 type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), String> + 'a;
+
+/// States of the engine and of the coupling, by rank.
+pub(super) type States = [Vec<Vec<u8>>; 2];
 
 /// The last measurement of the flow, and the accelerations that the controller of the net flux has added.
 type SavedDriving = (MeanFlow, ControlRecord);
@@ -56,7 +60,7 @@ impl Simulation {
     }
 
     /// Restores the state after `step` steps: `planes` hands out the saved populations of all cells of a block; engines and
-    /// couplings are the parts of all ranks that saved it. Errors: [`Error::Input`] if the parts are not of this case; those of
+    /// couplings are the parts of all ranks that saved it; without couplings the bodies are met as at the start. Errors: [`Error::Input`] if the parts are not of this case; those of
     /// `planes`. Some ranks may find nothing wrong. Collective.
     fn restore(
         &mut self,
@@ -71,6 +75,11 @@ impl Simulation {
             let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
             fluid.resume();
             let known = coupling.restore(self.dem.particles(), couplings).map_err(Error::Input);
+            if couplings.is_empty() {
+                // The fluid in a body moves as the body.
+                coupling
+                    .begin_moving(self.dem.particles(), |body| [body.velocity(), body.angular_velocity()]);
+            }
             let measured = is_sound(&mean, &self.units);
             driving.mean = mean;
             driving.record = control;
@@ -116,27 +125,32 @@ impl Simulation {
     }
 
     /// Restores the newest sound checkpoint below a folder that is of this case and `fits`: what the owner of the run added, and
-    /// for each newer checkpoint why it was skipped. Errors: [`Error::Agreed`], the same on every rank, if there is none.
-    /// Collective.
+    /// for each newer checkpoint why it was skipped. `adapt` may change the states of engines and couplings first. What `fits` is found on
+    /// rank 0. Errors: [`Error::Agreed`], the same on every rank, if there is none. Collective.
     pub(super) fn read_state<T: DeserializeOwned>(
         &mut self,
         folder: &Path,
         setup: &Setup,
         is_of_case: impl Fn(&Checkpoint) -> Result<()>,
         fits: impl Fn(&T) -> Result<()>,
+        adapt: impl Fn(u64, &mut States) -> Result<()>,
     ) -> Result<(T, Vec<String>)> {
         let comm = self.comm.clone();
         let found = checkpoint::newest_sound(folder, &comm, |saved| {
             let head = saved.head();
             let same = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes());
             let checked = if same { is_of_case(saved) } else { Err(of_another_case(saved)) };
-            let shared = checked
-                .and_then(|()| {
-                    serde_json::from_slice::<(SavedDriving, T)>(saved.shared())
-                        .map_err(|error| Error::Input(format!("{}: {error}", saved.name())))
-                })
-                .and_then(|shared| fits(&shared.1).map(|()| shared));
-            let read = shared.and_then(|shared| Ok((shared, saved.states()?)));
+            let shared = checked.and_then(|()| shared_data(saved)).and_then(|shared: (SavedDriving, T)| {
+                match comm.rank() {
+                    0 => fits(&shared.1).map_err(|error| of_another_run(saved, &error)).map(|()| shared),
+                    _ => Ok(shared),
+                }
+            });
+            let read = shared.and_then(|shared| {
+                let mut states = saved.states()?;
+                adapt(head.step, &mut states)?;
+                Ok((shared, states))
+            });
             let ((driving, own), [engines, couplings]) = checkpoint::agreed(&comm, read)?;
             self.restore(head.step, driving, &engines, &couplings, |block, visit| {
                 saved.planes(block, visit)
@@ -184,7 +198,7 @@ impl Simulation {
                 Err(of_another_case(saved))
             }
         };
-        self.read_state(folder, setup, is_of_case, |_| Ok(())).map(|(own, _)| own)
+        self.read_state(folder, setup, is_of_case, |_| Ok(()), |_, _| Ok(())).map(|(own, _)| own)
     }
 
     /// Bytes of a checkpoint, about, of all ranks.
@@ -193,8 +207,18 @@ impl Simulation {
     }
 }
 
+/// What its owner has added to a checkpoint, or [`Error::Input`] if it is of another form.
+pub(super) fn own_data<T: DeserializeOwned>(saved: &Checkpoint) -> Result<T> {
+    Ok(shared_data(saved)?.1)
+}
+
+fn shared_data<T: DeserializeOwned>(saved: &Checkpoint) -> Result<(SavedDriving, T)> {
+    serde_json::from_slice(saved.shared())
+        .map_err(|error| Error::Input(format!("checkpoint {}: {error}", saved.name())))
+}
+
 fn of_another_case(saved: &Checkpoint) -> Error {
-    Error::Input(format!("{} is of another case", saved.name()))
+    Error::Input(format!("checkpoint {} is of another case", saved.name()))
 }
 
 /// Refuses a measurement of the flow that no run has made.

@@ -14,7 +14,7 @@
 
 #[cfg(feature = "pictures")]
 mod pictures;
-mod series;
+pub(super) mod series;
 mod vtk;
 
 use super::Simulation;
@@ -73,12 +73,17 @@ pub trait Writer {
         None
     }
 
+    /// Checks that a file that grows is still there, on rank 0, before anything is written.
+    fn intact(&self) -> Result<()> {
+        Ok(())
+    }
+
     /// State for [`resume`](Self::resume), on rank 0; all that is written is safe on disk after this.
     fn state(&mut self) -> Result<WriterState> {
         Ok(WriterState::Null)
     }
 
-    /// Refuses a [state](Self::state) if the files do not hold what the run had written then.
+    /// Refuses a [state](Self::state) if the files do not hold what the run had written then, on rank 0.
     fn fits(&self, _: &WriterState) -> Result<()> {
         Ok(())
     }

@@ -189,3 +189,47 @@ fn nothing_is_gathered_for_a_writer_at_steps_at_which_it_is_not_due() {
     let seldom = |_: usize| -> Vec<Box<dyn Writer>> { vec![Box::new(Seldom { is_due: false.into() })] };
     run_with(&setup(place.path(), 2, 48), &RunOptions::default(), &seldom).unwrap();
 }
+
+/// Removes the output directory, or only the table in it, after 16 steps.
+struct Purge {
+    doomed: PathBuf,
+}
+
+impl Writer for Purge {
+    fn name(&self) -> &'static str {
+        "purge"
+    }
+
+    fn every(&self) -> u64 {
+        16
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        Vec::new()
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        match output.step {
+            16 if self.doomed.is_dir() => std::fs::remove_dir_all(&self.doomed).unwrap(),
+            16 => std::fs::remove_file(&self.doomed).unwrap(),
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_run_on_three_threads_whose_directory_or_table_is_removed_says_so_and_ends_with_2() {
+    for doomed in ["out", "out/series.csv", "out/particle_series.csv"] {
+        let place = tempfile::tempdir().unwrap();
+        let doomed = place.path().join(doomed);
+        let setup = setup(place.path(), 3, 48);
+        let run =
+            run_with(&setup, &RunOptions::default(), &|_| vec![Box::new(Purge { doomed: doomed.clone() })]);
+        let error = run.unwrap_err();
+        let said = error.to_string();
+        assert!(said.contains("removed or replaced") && said.contains("series.csv"), "{said}");
+        assert_eq!(error.exit_code(), 2);
+        assert!(!doomed.exists(), "nothing comes back beside rows that are lost");
+    }
+}

@@ -248,3 +248,43 @@ fn contacts_may_overlap_in_the_state_of_a_run_and_nowhere_else() {
         only(header, &rows).refused(&["check", "wet.toml"], &[words]);
     }
 }
+
+#[test]
+fn a_packing_of_a_run_says_that_its_fluid_starts_at_rest_and_whether_the_run_was_complete() {
+    let place = Place::empty();
+    place.write("wet.toml", case(WET, "count = 4", "count = 1"));
+    place.write("dry.toml", case(DRY, "count = 4", "count = 1"));
+    for name in ["wet", "dry"] {
+        place.well(&["run", &format!("{name}.toml"), "--quiet", "--set", "run.end.steps=2"]);
+    }
+    let said = |name: &str| place.well(&["pack", "--from", &format!("out/{name}"), "--out", "packed.csv"]);
+    let (rest, early) = (
+        "the fluid starts at rest; turbid resume out/wet --out NEW continues",
+        "was interrupted after 2 steps",
+    );
+    let wet = said("wet");
+    assert!(wet.contains(rest) && !wet.contains("interrupted"), "{wet}");
+    assert!(!said("dry").contains("note:"));
+    let stopped =
+        place.text("out/wet/summary.json").replace("\"interrupted\": false", "\"interrupted\": true");
+    place.write("out/wet/summary.json", stopped);
+    let wet = said("wet");
+    assert!(wet.contains(rest) && wet.contains(early), "{wet}");
+    std::fs::remove_file(place.path("out/wet/summary.json")).unwrap();
+    assert!(said("wet").contains("has left no summary"));
+}
+
+#[test]
+fn particles_are_not_read_through_a_link_and_no_word_of_another_file_is_told() {
+    let place = Place::empty();
+    std::fs::create_dir_all(place.path("out/particles")).unwrap();
+    place.write("secret", "a secret\nand more");
+    let file = place.path("out/particles/particles_0000000004.vtp");
+    let arguments = ["pack", "--from", "out", "--out", "packed.csv"];
+    std::os::unix::fs::symlink(place.path("secret"), &file).unwrap();
+    place.refused(&arguments, &["particles_0000000004.vtp: it is a symbolic link"]);
+    std::fs::remove_file(&file).unwrap();
+    std::fs::copy(place.path("secret"), &file).unwrap();
+    let said = place.ends(2, &arguments);
+    assert!(said.contains("no file of VTK") && !said.contains("secret"), "{said}");
+}

@@ -256,6 +256,7 @@ mod processes {
         let found = place.path("out");
         // As if it had been killed after its last files.
         std::fs::remove_dir_all(found.join("checkpoints/step-0000000040")).unwrap();
+        std::fs::remove_file(found.join("summary.json")).unwrap();
         let output = mpirun(&place, 2, &["resume", "out", "--quiet"]);
         assert!(output.status.success(), "{}", words(&output));
         let many = OutputFiles::new(&found);

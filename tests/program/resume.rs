@@ -1,5 +1,6 @@
 //! `turbid resume`, end to end: a run that stops and is resumed, on other ranks, leaves what a run leaves that never stopped.
 
+mod branch;
 mod disk;
 mod signals;
 
@@ -373,7 +374,7 @@ fn what_cannot_be_resumed_is_refused_with_a_remedy() {
         assert!(words.iter().all(|word| said.contains(word)), "{arguments:?}: {said}");
     }
     Left::of(&place, "out").must_be(&before, "after refusals");
-    // A run that is at its end comes to it again.
+    // A run that is at its end stays as it is.
     let said = place.well(&["resume", "out", "--threads", "2"]);
     assert!(said.contains("state hash"), "{said}");
     Left::of(&place, "out").must_be(&before, "at its end");
@@ -398,6 +399,6 @@ fn a_fresh_run_replaces_the_one_before_only_when_it_is_told_to() {
     Left::of(&place, "out").must_be(&before, "after a refusal");
     assert_eq!(checkpoints(&place, "out"), [40, 80]);
     place.well(&["run", "case.toml", "--quiet", "--overwrite"]);
-    assert_eq!(checkpoints(&place, "out"), [0; 0]);
+    assert_eq!(checkpoints(&place, "out"), [80]);
     assert!(place.path("out/checkpoints/notes").exists());
 }

@@ -98,7 +98,7 @@ impl Run {
             .files("")
             .iter()
             .map(|path| path.file_name().unwrap().to_string_lossy().into_owned())
-            // Of a run that was stopped; `resume.rs` looks into it.
+            // `resume.rs` looks into it.
             .filter(|name| name != "checkpoints")
             .collect();
         let promised = [
@@ -313,4 +313,16 @@ fn a_particle_that_is_thrown_stops_the_run_with_step_place_and_quantity() {
     let (_, diverged) = said.split_once("diverged").unwrap();
     assert!(number_after(diverged, "particle") < PARTICLES as f64, "{said}");
     assert!(said.contains("more than a cell"), "{said}");
+}
+
+#[test]
+fn warnings_about_numbers_of_the_case_are_in_the_summary_and_in_the_report() {
+    let place = Place::new(&changed(&case(), &[("steps = 60", "steps = 24")]));
+    let set = ["--set", "lattice.relaxation_time=1.2", "--set", "fluid.archimedes=1"];
+    place.well(&[&["run", "case.toml", "--quiet", "--out", "out"], &set[..]].concat());
+    place.well(&["report", "out"]);
+    let warning = "lattice.relaxation_time = 1.20000 is above 1";
+    for file in ["out/summary.json", "out/REPORT.md", "out/report.html"] {
+        assert!(place.text(file).contains(warning), "{file}");
+    }
 }

@@ -156,6 +156,26 @@ fn what_has_ended_is_not_repeated_and_a_longer_study_does_only_what_is_new() {
 }
 
 #[test]
+fn a_quiet_study_tells_its_failed_checks_and_its_runs_keep_no_checkpoint() {
+    let impossible = STUDY.replace("above = 0.0", "above = 100.0").replace("values = [1, 2]", "values = [1]");
+    let place = Folder::new(&impossible);
+    let output = place.study(&["study.toml", "--out", "out", "--quiet"]);
+    assert_eq!((output.status.code(), &output.stdout[..]), (Some(3), &b""[..]));
+    let said = String::from_utf8(output.stderr).unwrap();
+    let failed = place.document("out")["checks"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|check| check["pass"] == false)
+        .count();
+    assert!(failed > 0 && said.matches("warning: a check failed: ").count() == failed, "{said}");
+    assert!(
+        !place.path("out/phi0.1_seed1/checkpoints").exists()
+            && place.path("out/phi0.1_seed1/series.csv").exists()
+    );
+}
+
+#[test]
 fn a_run_that_fails_is_told_of_and_the_others_are_done_all_the_same() {
     // Hard bodies that overlap from the start.
     let thrown = "{ name = \"thrown\", set = { \"particles.0.volume_fraction\" = 0.1, \"particles.0.minimum_gap\" = 0, \

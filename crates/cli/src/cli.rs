@@ -152,9 +152,12 @@ struct ResumeArguments {
     /// Output directory of the run.
     #[arg(value_name = "DIR")]
     directory: PathBuf,
-    /// Set a key below `run.` or `output.`, e.g. `--set run.end.steps=20000`; may be repeated.
+    /// Set a key below `run.` or `output.`, e.g. `--set run.end.steps=20000`, with `--out` any key; may be repeated.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
+    /// Make a run of its own in this directory, a branch, which continues with the fluid and the particles. DIR stays as it is.
+    #[arg(long, value_name = "NEW")]
+    out: Option<PathBuf>,
     /// Threads; 0 is one per core. Results do not depend on it.
     #[arg(long)]
     threads: Option<usize>,

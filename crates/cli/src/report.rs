@@ -15,11 +15,12 @@
 mod files;
 mod film;
 mod html;
+mod markdown;
 mod run;
 mod section;
 mod study;
 
-use crate::checks::{markdown_table, prepare};
+use crate::checks::prepare;
 use crate::study::document::{FILE as STUDY, RESULT};
 pub(crate) use film::{PICTURE, films};
 pub(crate) use html::shell;
@@ -160,8 +161,9 @@ pub(crate) fn curves(directory: &Path, title: &str) -> Result<Curves> {
 
 /// Reads a file of JSON.
 fn read_json<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
-    let text = input::read_text(path, input::RECORD).map_err(|source| Error::io("read", path, source))?;
-    serde_json::from_str(&text).map_err(|error| {
+    let bytes =
+        input::read_unlinked(path, input::RECORD).map_err(|source| Error::io("read", path, source))?;
+    serde_json::from_slice(&bytes).map_err(|error| {
         let path = path.display();
         Error::Input(format!("{path}: {error}\n  it is damaged, or of another version; {remedy}"))
     })
@@ -171,16 +173,17 @@ fn read_json<T: DeserializeOwned>(path: &Path, remedy: &str) -> Result<T> {
 fn page(name: &str, sources: &[Source], sections: &[Section]) -> String {
     let last = format!("Drawn by `turbid report`, version {}.\n", env!("CARGO_PKG_VERSION"));
     if let [section] = sections {
-        return format!("# {}\n\n{}{last}", section.title, section.markdown());
+        return format!("# {}\n\n{}{last}", markdown::inline(&section.title), section.markdown());
     }
-    let mut parts = vec![format!("# {name}\n\n")];
+    let mut parts = vec![format!("# {}\n\n", markdown::inline(name))];
     for (heads, rows) in overviews(sources, sections) {
-        parts.push(markdown_table(&heads, &rows) + "\n");
+        parts.push(section::table(&heads, &rows) + "\n");
     }
     for (source, section) in sources.iter().zip(sections) {
         let same = section.title == source.name;
-        let of = if same { String::new() } else { format!(" (`{}`)", source.name) };
-        parts.push(format!("## {}{of}\n\n{}", section.title, section.markdown()));
+        let of = if same { String::new() } else { format!(" (`{}`)", source.name.replace('`', "'")) };
+        let title = markdown::inline(&(section.title.clone() + &of));
+        parts.push(format!("## {title}\n\n{}", section.markdown()));
     }
     parts.push(last);
     parts.concat()

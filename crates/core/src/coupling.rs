@@ -201,15 +201,15 @@ impl Coupling {
         self.find_cells();
     }
 
-    /// Begins with a fluid that moves, by the velocity (m/s) and half the vorticity (1/s) of `flow` at a position: its momentum is in the
+    /// Begins with a fluid that moves, by the velocity (m/s) and half the vorticity (1/s) of `flow` at each body: its momentum is in the
     /// bodies before the first step. Methods that keep the cover find it in the cells.
-    pub fn begin_moving(&mut self, particles: &ParticleStore, flow: impl Fn(Vec3) -> [Vec3; 2]) {
+    pub fn begin_moving(&mut self, particles: &ParticleStore, flow: impl Fn(&Particle) -> [Vec3; 2]) {
         if with_method!(self.params.method, method => method.keeps_cover()) {
             return;
         }
         let mut carried = particles.clone();
         for particle in &mut carried.particles {
-            let [velocity, angular_velocity] = flow(particle.position());
+            let [velocity, angular_velocity] = flow(particle);
             (particle.velocity, particle.angular_velocity) = (velocity.into(), angular_velocity.into());
         }
         self.map(&carried);

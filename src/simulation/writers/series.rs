@@ -11,8 +11,8 @@ use crate::output::ReferenceScales;
 #[cfg(feature = "pictures")]
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
-    Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, SeriesRow, SeriesWriter, Summary, directory,
-    estimate_mean, estimate_settling, particle_series, series, settled_suspension,
+    Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, RowsMark, SeriesRow, SeriesWriter, Summary,
+    directory, estimate_mean, estimate_settling, particle_series, series, settled_suspension,
 };
 use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
@@ -20,7 +20,11 @@ use crate::simulation::observe::settles_for_ever;
 use crate::simulation::{observe::settling_direction, settling_references};
 use flows::{Bed, Plates};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
 
+/// Name of the writer.
+const NAME: &str = "series";
 /// Samples over a run without rows, for the averages.
 const DEFAULT_SAMPLES: u64 = 1000;
 /// Bytes of a number in a table.
@@ -54,9 +58,29 @@ struct Samples {
 
 #[derive(Serialize, Deserialize)]
 struct State {
-    /// Bytes of `series.csv`, and how far the paths have come; nothing before the first row.
-    open: Option<(u64, PathsState)>,
+    /// Rows of `series.csv`, and how far the paths have come; nothing before the first row.
+    open: Option<(RowsMark, PathsState)>,
     samples: Samples,
+}
+
+/// Refuses tables that do not begin with these rows.
+fn holds(files: &OutputFiles, open: Option<&(RowsMark, PathsState)>) -> Result<()> {
+    let Some((rows, paths)) = open else {
+        return Ok(());
+    };
+    SeriesWriter::holds(&files.series(), rows)?;
+    ParticleSeries::holds(&files.particle_series(), paths)
+}
+
+/// Refuses a directory whose tables are not those of the run that has left these states of its writers.
+pub(in crate::simulation) fn refuse_other_rows(
+    directory: &Path,
+    states: &BTreeMap<String, WriterState>,
+) -> Result<()> {
+    match states.get(NAME) {
+        None => Ok(()),
+        Some(state) => holds(&OutputFiles::new(directory), parsed::<State>(NAME, state)?.open.as_ref()),
+    }
 }
 
 impl<'a> Series<'a> {
@@ -119,7 +143,7 @@ impl Series<'_> {
 
 impl Writer for Series<'_> {
     fn name(&self) -> &'static str {
-        "series"
+        NAME
     }
 
     fn every(&self) -> u64 {
@@ -161,10 +185,17 @@ impl Writer for Series<'_> {
         paths.write(row.step, row.time, &output.selected)
     }
 
+    fn intact(&self) -> Result<()> {
+        match &self.open {
+            None => Ok(()),
+            Some((series, paths)) => series.intact().and_then(|()| paths.intact()),
+        }
+    }
+
     fn state(&mut self) -> Result<WriterState> {
-        let open = match &mut self.open {
+        let open = match &self.open {
             None => None,
-            Some((series, paths)) => Some((series.length()?, paths.state()?)),
+            Some((series, paths)) => Some((series.mark()?, paths.state()?)),
         };
         let samples = self.samples.clone();
         Ok(serde_json::json!(State { open, samples }))
@@ -177,11 +208,7 @@ impl Writer for Series<'_> {
             let what = "the samples for the averages in the common state are not whole";
             return Err(Error::Input(what.to_string()));
         }
-        match &open {
-            None => Ok(()),
-            Some((length, paths)) => SeriesWriter::holds(&self.files.series(), *length)
-                .and_then(|()| ParticleSeries::holds(&self.files.particle_series(), paths)),
-        }
+        holds(&self.files, open.as_ref())
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
@@ -194,8 +221,8 @@ impl Writer for Series<'_> {
                 directory::remove(&paths)?;
                 None
             }
-            Some((length, state)) => Some((
-                SeriesWriter::resume(&rows, *length)?,
+            Some((mark, state)) => Some((
+                SeriesWriter::resume(&rows, mark)?,
                 ParticleSeries::resume(&paths, self.setup.domain, state)?,
             )),
         };

@@ -314,8 +314,7 @@ impl Live {
             drawn.curves.newest.iter().find(|(known, _)| known == name).map_or(0.0, |known| known.1)
         };
         let [row, time, t_star] = ["step", "t", "t_star"].map(value);
-        let summary = input::read(&files.summary(), input::RECORD).ok();
-        let summary: Option<Summary> = summary.and_then(|text| serde_json::from_slice(&text).ok());
+        let summary = Summary::read(&files.summary()).ok();
         let saved = || {
             let newest = checkpoint::list(&files.checkpoints()).ok()?.into_iter().next()?;
             Some(checkpoint::Checkpoint::open(&newest.path).ok()?.head().case.text.clone())

@@ -1,16 +1,16 @@
 //! `turbid pack`.
 
-use super::terminal::say;
+use super::terminal::{remark, say};
 use super::{PackArguments, load};
 use std::path::Path;
 use turbid::error::{Error, Result};
 use turbid::output::directory::{self, refuse_input};
 use turbid::output::points::PointRecord;
-use turbid::output::{OutputFiles, points, write_bytes};
+use turbid::output::{OutputFiles, Summary, points, write_bytes};
 use turbid::packing::positions::{self, Row};
 
 pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
-    let (rows, what) = match (&arguments.case, &arguments.from) {
+    let (rows, what, notes) = match (&arguments.case, &arguments.from) {
         (Some(case), _) => {
             let setup = load(case, &arguments.changes)?;
             refuse_input(&arguments.out, &setup.provenance.inputs)?;
@@ -27,7 +27,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
                 }
             });
             let fraction = setup.volume_fraction;
-            (rows.collect(), format!("volume fraction {fraction:.6}"))
+            (rows.collect(), format!("volume fraction {fraction:.6}"), Vec::new())
         }
         (None, Some(directory)) => of_a_run(directory, arguments)?,
         (None, None) => unreachable!("the command line asks for one of them"),
@@ -36,11 +36,37 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     let count = rows.len();
     write_bytes(out, positions::format(rows).as_bytes())?;
     say(&format!("{count} particles, {what}, written to {}", out.display()));
+    for note in notes {
+        remark("note", &note);
+    }
     Ok(())
 }
 
-/// The particles that a run has left at a step, the last one if none is asked for, and which step that is.
-fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, String)> {
+/// What the file of a run's particles is not: its flow, and the end of a run that was stopped.
+fn notes(directory: &Path) -> Vec<String> {
+    let (summary, shown) = (Summary::read(&OutputFiles::new(directory).summary()).ok(), directory.display());
+    let state = match &summary {
+        None => Some("has left no summary: it is still running, or was killed".to_string()),
+        Some(Summary { interrupted: true, steps, .. }) => {
+            Some(format!("was interrupted after {steps} steps, before its end"))
+        }
+        Some(_) => None,
+    };
+    let flow = summary.is_none_or(|summary| !summary.dry).then(|| {
+        format!(
+            "the file has no flow: in a case that reads it the fluid starts at rest; turbid resume {shown} --out NEW continues with the \
+             flow"
+        )
+    });
+    state
+        .map(|state| format!("the run in {shown} {state}; turbid resume {shown} completes it"))
+        .into_iter()
+        .chain(flow)
+        .collect()
+}
+
+/// The particles that a run has left at a step, the last one if none is asked for, which step that is, and notes.
+fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, String, Vec<String>)> {
     let files = OutputFiles::new(directory);
     let steps = files.steps(directory::PARTICLES)?;
     let Some(&last) = steps.last() else {
@@ -75,5 +101,5 @@ fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, St
     let fastest = |rows: &[Row]| rows.iter().map(|row| row.velocity.norm()).fold(0.0, f64::max);
     let rows: Vec<Row> = records.into_iter().map(row).collect();
     let what = format!("those of step {step}, the fastest at {:.3e} m/s", fastest(&rows));
-    Ok((rows, what))
+    Ok((rows, what, notes(directory)))
 }

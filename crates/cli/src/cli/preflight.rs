@@ -41,6 +41,12 @@ pub(super) fn refuse_what_does_not_fit(setup: &Setup) -> Result<()> {
     }
 }
 
+/// Refuses a run that this machine cannot hold; returns what [`advice`] there is on one that it can.
+pub(super) fn admit(setup: &Setup) -> Result<Vec<String>> {
+    refuse_what_does_not_fit(setup)?;
+    Ok(advice(setup))
+}
+
 /// Refuses a run that takes more than there is.
 fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
     let [cells, particles] = memory_parts(setup);

@@ -2,14 +2,14 @@
 
 use super::live::{self, LiveFlags};
 use super::progress::Terminal;
-use super::terminal::{say, warn};
+use super::terminal::{remark, say, warn};
 use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals, with_device};
 use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
 use turbid::error::{Error, Result};
 use turbid::output::{LEAST_DISTANCE, OutputFiles, Summary};
-use turbid::simulation::{self, RunOptions};
+use turbid::simulation::{self, Branch, RunOptions};
 
 /// Drift of the settling velocity over the averages (relative) from which it is not called steady.
 const DRIFT_LIMIT: f64 = 0.05;
@@ -18,14 +18,19 @@ const DRIFT_LIMIT: f64 = 0.05;
 pub(super) const STOPPING: &str = "stopping, writing a checkpoint";
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
-    let (setup, options) = simulation::agreed(prepare(arguments))?;
-    if !arguments.flags.quiet {
-        for advice in preflight::advice(&setup) {
-            warn(&advice);
-        }
-    }
+    let (mut setup, options) = simulation::agreed(prepare(arguments))?;
+    advise(&mut setup, arguments.flags.quiet);
     let summary = simulation::run(&setup, &options)?;
     ended(summary.as_ref(), &setup.plan.output.directory, arguments.flags.quiet)
+}
+
+/// Adds what the numbers of a case give reason to warn of to its warnings, so that the summary has it, and prints it.
+fn advise(setup: &mut Setup, quiet: bool) {
+    let advice = preflight::advice(setup);
+    for text in advice.iter().filter(|_| !quiet) {
+        warn(text);
+    }
+    setup.provenance.warnings.extend(advice);
 }
 
 /// The case, and options that signals set: all that can fail on one process of an MPI job alone.
@@ -41,11 +46,44 @@ fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
     Ok((setup, options))
 }
 
-/// Resumes a run from its last checkpoint.
+/// Resumes a run from its last checkpoint, or branches one off.
 pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
+    let (quiet, directory) = (arguments.flags.quiet, &arguments.directory);
+    if let Some(out) = &arguments.out {
+        let (mut branch, options) = simulation::agreed(prepare_branch(arguments, out))?;
+        let (note, warnings) = branch.setup.provenance.warnings.split_last().expect("what it does");
+        for warning in warnings {
+            warn(warning);
+        }
+        if !quiet {
+            remark("note", note);
+        }
+        advise(&mut branch.setup, quiet);
+        return ended(simulation::branch(&branch, &options)?.as_ref(), out, quiet);
+    }
     let (setup, options) = simulation::agreed(prepare_resume(arguments))?;
+    if let Some(summary) = simulation::finished(&setup).filter(|_| !quiet) {
+        let (shown, steps) = (directory.display(), summary.steps);
+        remark(
+            "note",
+            &format!(
+                "the run is complete, with all of its {steps} steps; it can be extended, turbid resume {shown} --set run.end.steps={}, or \
+                 branched off, with --out NEW as well",
+                2 * steps
+            ),
+        );
+    }
     let summary = simulation::resume(&setup, &options)?;
-    ended(summary.as_ref(), &setup.plan.output.directory, arguments.flags.quiet)
+    ended(summary.as_ref(), directory, quiet)
+}
+
+/// The case of a branch, as [`prepare`].
+fn prepare_branch(arguments: &ResumeArguments, out: &Path) -> Result<(Branch, RunOptions)> {
+    let options = options_of_run(&arguments.flags, &arguments.live)?;
+    let set = with_device(&arguments.set, arguments.device.as_ref());
+    let branch = Branch::new(&arguments.directory, &set, arguments.threads, out)?;
+    preflight::refuse_what_does_not_fit(&branch.setup)?;
+    Ok((branch, options))
 }
 
 /// The saved case, as [`prepare`].

@@ -4,7 +4,7 @@ use super::machine::in_time;
 use super::progress::Terminal;
 use super::terminal::{columns, say, warn};
 use super::{RunFlags, preflight, run};
-use crate::checks::Score;
+use crate::checks::{Score, cells};
 use crate::study::record::{Quantity, Record};
 use crate::study::state::State;
 use crate::study::{self, Event, Study};
@@ -68,8 +68,7 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     // Lines every few seconds for hours are of no use.
     let progress = Arc::new(Terminal::new(quiet || !stderr().is_terminal()));
     let options = RunOptions { progress: Some(progress.clone()), ..options };
-    let admit = &preflight::refuse_what_does_not_fit;
-    let outcome = study::execute(&mut study, &options, only, admit, &mut |event| {
+    let outcome = study::execute(&mut study, &options, only, &preflight::admit, &mut |event| {
         if let Event::Failed { .. } = event {
             progress.clear();
         }
@@ -98,8 +97,19 @@ pub(super) fn study(arguments: &StudyArguments) -> Result<bool> {
     if outcome.interrupted {
         return Err(Error::Interrupted);
     }
-    let complete = document.runs.done == document.runs.total;
-    Ok(!complete || document.checks.iter().all(|check| check.pass))
+    if document.runs.done < document.runs.total {
+        return Ok(true);
+    }
+    // Also where the study is quiet: they are the reason for its exit code.
+    let failed = document.checks.iter().filter(|check| !check.pass);
+    for check in failed.clone() {
+        let [measured, reference, deviation, tolerance] = cells(check);
+        let (quantity, source) = (&check.quantity, &check.source);
+        warn(&format!(
+            "a check failed: {quantity} is {measured}, the reference {reference} ({source}), the deviation {deviation} of at most {tolerance}"
+        ));
+    }
+    Ok(failed.count() == 0)
 }
 
 fn tell(event: Event, quiet: bool) {

@@ -122,6 +122,7 @@ pub(super) fn blocks(section: &Section, id: &str) -> String {
                     escaped(file)
                 )
             }
+            Block::Warnings(all) => writeln!(html, "{}", warnings(all)),
             Block::Html("", elements) => writeln!(html, "{elements}"),
             Block::Html(words, elements) => {
                 writeln!(html, "<h{level} id=\"{id}-{at}\">{words}</h{level}>\n{elements}")
@@ -191,7 +192,7 @@ pub(super) fn table(
 }
 
 /// A list of warnings.
-pub(super) fn warnings(warnings: &[String]) -> String {
+fn warnings(warnings: &[String]) -> String {
     let items: Vec<String> = warnings.iter().map(|text| inline(text)).collect();
     let items = format!("<li>{}</li>\n", items.join("</li>\n<li>"));
     format!(

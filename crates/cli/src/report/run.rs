@@ -2,9 +2,9 @@
 
 pub(super) mod figures;
 
+use super::film;
 use super::section::{Block, Section};
 use super::{Source, read_json};
-use super::{film, html};
 use std::path::PathBuf;
 use turbid::error::Result;
 use turbid::output::numbers::{self, duration, with_error};
@@ -30,7 +30,7 @@ pub(super) fn describe(section: &mut Section, source: &Source, share: u64, left:
             }
             section.text(&head(summary));
             if !summary.warnings.is_empty() {
-                section.blocks.push(Block::Html("", html::warnings(&summary.warnings)));
+                section.blocks.push(Block::Warnings(summary.warnings.clone()));
             }
         }
         None => section

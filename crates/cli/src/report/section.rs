@@ -1,6 +1,6 @@
 //! A section of a page: its blocks, from which both `REPORT.md` and `report.html` are made.
 
-use super::FIGURES;
+use super::{FIGURES, markdown};
 use crate::checks::{markdown_table, one_line};
 use turbid::output::picture::{Figure, Format};
 
@@ -41,6 +41,7 @@ pub(super) enum Block {
     },
     /// Words before a file beside the page, and its name.
     Link(String, String),
+    Warnings(Vec<String>),
     /// Elements that only `report.html` shows, below a heading, which may be empty.
     Html(&'static str, String),
 }
@@ -102,31 +103,44 @@ impl Section {
 
     fn in_markdown(&self, block: &Block) -> String {
         let level = if self.is_alone { "##" } else { "###" };
-        let below = |title: &str| format!("{level}# {title}\n\n");
+        let below = |title: &str| format!("{level}# {}\n\n", markdown::inline(title));
         match block {
-            Block::Heading(words) => format!("{level} {words}\n\n"),
-            Block::Text(words) => format!("{words}\n\n"),
-            Block::Code(language, lines) => format!("```{language}\n{lines}\n```\n\n"),
+            Block::Heading(words) => format!("{level} {}\n\n", markdown::inline(words)),
+            Block::Text(words) => format!("{}\n\n", markdown::inline(words)),
+            Block::Code(language, lines) => markdown::code(language, lines),
             Block::Table { title, columns, rows } => {
                 let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
                 let title = if title.is_empty() { title.clone() } else { below(title) };
-                format!("{title}{}\n", markdown_table(&columns, rows))
+                format!("{title}{}\n", table(&columns, rows))
             }
+            Block::Warnings(warnings) => format!("**Warnings**\n\n{}", markdown::warnings(warnings)),
             Block::Figure { stem, title, note, .. } => {
                 let files = self.files(stem);
                 let of = |format| files.iter().find(|file| file.0 == format).map(|file| &file.1);
                 let (svg, png) = (of(Format::Svg), of(Format::Png));
                 let shown = png.or(svg).map_or("", String::as_str);
                 let link = svg.filter(|_| png.is_some()).map_or(String::new(), |svg| format!("[SVG]({svg})"));
-                let note =
-                    [note.clone(), link].into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>();
+                let note = [markdown::inline(note), link]
+                    .into_iter()
+                    .filter(|part| !part.is_empty())
+                    .collect::<Vec<_>>();
                 let note = if note.is_empty() { String::new() } else { note.join(" ") + "\n\n" };
-                format!("{}![{title}]({shown})\n\n{note}", below(title))
+                format!("{}![{}]({shown})\n\n{note}", below(title), markdown::inline(title))
             }
+            // Names of files are plain.
             Block::Link(words, file) => format!("{words}: [{file}]({file}).\n\n"),
             Block::Html(..) => String::new(),
         }
     }
+}
+
+/// A table in markdown, of cells that are text.
+pub(super) fn table(columns: &[&str], rows: &[Vec<String>]) -> String {
+    let columns: Vec<String> = columns.iter().map(|head| markdown::inline(head)).collect();
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|row| row.iter().map(|cell| markdown::inline(cell)).collect()).collect();
+    markdown_table(&columns, &rows)
 }
 
 /// A name with only those characters that are good for a file; `+` is in names of walls.

@@ -4,7 +4,7 @@ use super::*;
 use crate::checks::Check;
 use crate::study::document::{self, Document, Runs, Table};
 use turbid::output::picture::Format::{Png, Svg};
-use turbid::output::{SeriesRow, SeriesWriter};
+use turbid::output::{SeriesRow, SeriesWriter, Summary};
 use turbid_plot::{Chart, Panel, Point, Series, Style};
 
 /// The table of a run that accelerates.
@@ -170,6 +170,50 @@ fn what_cannot_be_drawn_is_told_with_a_remedy() {
     assert!(
         error(place.path()).contains("summary.json") && error(place.path()).contains("run the case again")
     );
+}
+
+#[test]
+fn what_a_study_and_a_case_hold_stays_text_in_the_markdown_page() {
+    let place = tempfile::tempdir().unwrap();
+    let title = "Evil <img src=x onerror=alert(1)> [link](javascript:x)\n# Heading";
+    write_study(&place.path().join("study"), title);
+    let run = place.path().join("run");
+    write_series(&run);
+    let summary = Summary {
+        case: title.to_string(),
+        input: "# a case\n```\n<script>\n".to_string(),
+        warnings: vec!["<b>too fast</b>".to_string(), "in a line\n```\n<i>".to_string()],
+        ..Summary::default()
+    };
+    summary.write(&run.join("summary.json")).unwrap();
+    for folder in ["study", "run"] {
+        let folder = place.path().join(folder);
+        let done = report(&folder, &folder, &[Svg]).unwrap();
+        let text = fs::read_to_string(&done.page).unwrap();
+        let head = "# Evil &lt;img src=x onerror=alert(1)&gt; \\[link\\](javascript:x) # Heading\n";
+        assert!(text.starts_with(head), "{text}");
+        assert!(!text.contains("<img") && !text.contains("<b>"), "{text}");
+    }
+    let text = fs::read_to_string(run.join(FILE)).unwrap();
+    assert!(text.contains("````toml\n# a case\n```\n<script>\n````\n"), "{text}");
+    assert!(
+        text.contains("- &lt;b&gt;too fast&lt;/b&gt;\n\n````text\nin a line\n```\n<i>\n````\n"),
+        "{text}"
+    );
+}
+
+#[test]
+fn results_are_not_read_through_a_link() {
+    let place = tempfile::tempdir().unwrap();
+    let secret = place.path().join("secret");
+    fs::write(&secret, "\"a secret\"").unwrap();
+    for name in ["summary.json", "series.csv", document::FILE] {
+        let folder = place.path().join(name.replace('.', "_"));
+        fs::create_dir(&folder).unwrap();
+        std::os::unix::fs::symlink(&secret, folder.join(name)).unwrap();
+        let said = report(&folder, &folder, &[Svg]).unwrap_err().to_string();
+        assert!(said.contains("it is a symbolic link") && !said.contains("a secret"), "{said}");
+    }
 }
 
 #[test]

@@ -53,7 +53,7 @@ pub(crate) struct Outcome {
 }
 
 /// Executes all open runs whose names contain `only`, and collects the results after each. The time limit of `options` is for
-/// all of them. `admit` may refuse a run that does not fit the machine; it is called before particles are placed.
+/// all of them. `admit` may refuse a run that does not fit the machine, before particles are placed, and returns warnings for its summary.
 ///
 /// # Errors
 /// Those of the directory of the study and of writing there; a run that fails is an event and no error.
@@ -61,7 +61,7 @@ pub(crate) fn execute(
     study: &mut Study,
     options: &RunOptions,
     only: Option<&str>,
-    admit: &dyn Fn(&Setup) -> Result<()>,
+    admit: &Admit,
     tell: &mut dyn FnMut(Event),
 ) -> Result<Outcome> {
     let start = Instant::now();
@@ -89,9 +89,9 @@ pub(crate) fn execute(
         let name = study.plan.runs[run].name.clone();
         let seconds = study.seconds_left(run);
         tell(Event::Begins { name: &name, number: [number + 1, open.len()], from, seconds });
-        let finished = admit(&study.plan.runs[run].setup).and_then(|()| match &study.file.bench {
+        let finished = admit(&study.plan.runs[run].setup).and_then(|_| match &study.file.bench {
             Some(_) => bench(study, run, &options),
-            None => simulate(study, run, &options),
+            None => simulate(study, run, &options, admit),
         });
         study.refresh()?;
         match (finished, study.states[run].record()) {
@@ -113,8 +113,11 @@ pub(crate) fn execute(
     Ok(outcome)
 }
 
+/// Refuses a run, or returns warnings about it.
+pub(crate) type Admit<'a> = dyn Fn(&Setup) -> Result<Vec<String>> + 'a;
+
 /// Runs a case from the start or from its last checkpoint; whether it finished.
-fn simulate(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
+fn simulate(study: &Study, run: usize, options: &RunOptions, admit: &Admit) -> Result<bool> {
     let planned = &study.plan.runs[run];
     let folder = study.out.join(&planned.name);
     let is_part = matches!(study.states[run], State::Part { .. });
@@ -125,8 +128,10 @@ fn simulate(study: &Study, run: usize, options: &RunOptions) -> Result<bool> {
     };
     setup.plan.output.directory.clone_from(&folder);
     setup.plan.threads = study.threads.unwrap_or(setup.plan.threads);
-    // Removed when the run is finished.
+    setup.provenance.warnings.extend(admit(&setup)?);
+    // Removed when the run is finished: those of many runs would fill the disk.
     setup.plan.output.checkpoint_every = CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL);
+    setup.plan.output.checkpoint_at_end = false;
     let run = if is_part { simulation::resume } else { simulation::run };
     let finished = run(&setup, options)?.is_some_and(|summary| !summary.interrupted);
     if finished {

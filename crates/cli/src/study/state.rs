@@ -9,15 +9,13 @@ use serde_json::Value as Json;
 use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::case::Setup;
-use turbid::checkpoint;
-use turbid::comm::Comm;
 use turbid::error::Result;
 use turbid::input;
 use turbid::output::OutputFiles;
-use turbid::simulation::{identity, instruction_set};
+use turbid::simulation::{identity, instruction_set, saved_head};
 
 /// Keys of a case that do not change the results which a study uses.
-const IRRELEVANT: [(&str, &str); 11] = [
+const IRRELEVANT: [(&str, &str); 12] = [
     ("run", "threads"),
     ("run", "simd"),
     ("run", "device"),
@@ -29,6 +27,7 @@ const IRRELEVANT: [(&str, &str); 11] = [
     ("output", "picture_every"),
     ("output", "pictures"),
     ("output", "checkpoint_every"),
+    ("output", "checkpoint_at_end"),
 ];
 
 /// Progress of a run.
@@ -128,8 +127,7 @@ fn saved_step(
     wanted: Option<&toml::Table>,
     varied: &[String],
 ) -> Option<u64> {
-    let folder = OutputFiles::new(directory).checkpoints();
-    let (head, _) = checkpoint::newest_sound(&folder, &Comm::Solo, |saved| Ok(saved.head().clone())).ok()?;
+    let head = saved_head(directory).ok()?;
     let resolved: Json = serde_json::from_str(&head.case.resolved).ok()?;
     let same = canonical(&head.case.text, varied).as_ref() == wanted && is_of(&resolved, setup);
     same.then_some(head.step)

@@ -92,6 +92,38 @@ pub fn replace(
     }
 }
 
+/// The saved state of the engine `was`, in `parts` of all ranks, as that of `engine` with other materials or contacts after `substep`
+/// sub-steps: the particles keep their states, angular momenta follow from angular velocities, and no contact is remembered.
+///
+/// # Errors
+/// [`Error::Input`] if a part is damaged, or if there is no template of a particle; [`Error::Unsupported`] for an engine that saves
+/// particles in a form of its own.
+pub fn without_memory(
+    [was, engine]: [&'static str; 2],
+    parts: &[Vec<u8>],
+    substep: u64,
+    templates: &[Template],
+) -> Result<Vec<Vec<u8>>> {
+    let refuse = |what: String| Error::Input(format!("the particles cannot continue: {what}"));
+    let of_part = |part: &Vec<u8>| {
+        let saved = Saved::read(was, part).map_err(refuse)?;
+        if !saved.own.is_empty() {
+            return Err(Error::Unsupported { engine: was, what: "a change of materials or contacts".into() });
+        }
+        let (mut particles, loads) = (saved.particles, saved.loads);
+        for particle in &mut particles {
+            let template = templates.get(particle.template as usize);
+            let template =
+                template.ok_or_else(|| refuse(format!("particle {} is of no kind", particle.id)))?;
+            let momentum =
+                Inertia::of(template).angular_momentum(&particle.orientation(), particle.angular_velocity());
+            particle.angular_momentum = momentum.into();
+        }
+        Ok(Saved { substep, particles, loads, ..Saved::default() }.write(engine))
+    };
+    parts.iter().map(of_part).collect()
+}
+
 impl Limits<'_> {
     /// The particle in its new state, or the reason why it cannot be in it.
     fn changed(&self, was: &Particle, state: &Particle) -> std::result::Result<Particle, String> {

@@ -1,0 +1,77 @@
+//! Text in `REPORT.md`: what comes from a case, a file or a name is text there, and neither HTML nor a link, a heading or a fence.
+
+/// Characters that begin something else at the start of a line.
+const AT_START: [char; 5] = ['#', '-', '+', '=', '~'];
+
+/// Text in one line, with `` `code` `` and `**strong**` words.
+pub(super) fn inline(words: &str) -> String {
+    let words = crate::checks::one_line(words);
+    let parts: Vec<&str> = words.split('`').collect();
+    let last = parts.len() - 1;
+    let in_markdown = |(at, part): (usize, &str)| match at % 2 {
+        0 => escaped(part),
+        // One without a second is itself; two without a word between them would join another one.
+        _ if at == last => format!("\\`{}", escaped(part)),
+        _ if part.is_empty() => "\\`\\`".to_string(),
+        _ => format!("`{part}`"),
+    };
+    let text: String = parts.into_iter().enumerate().map(in_markdown).collect();
+    if text.starts_with(AT_START) { format!("\\{text}") } else { text }
+}
+
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped += "&amp;",
+            '<' => escaped += "&lt;",
+            '>' => escaped += "&gt;",
+            '\\' | '[' | ']' => escaped.extend(['\\', c]),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// Lines as they are, in a language, between fences that are in none of them.
+pub(super) fn code(language: &str, lines: &str) -> String {
+    let runs = lines.split(|c| c != '`').map(str::len);
+    let fence = "`".repeat(3.max(1 + runs.max().unwrap_or(0)));
+    format!("{fence}{language}\n{lines}\n{fence}\n\n")
+}
+
+/// A list of warnings, some of which quote lines of a file.
+pub(super) fn warnings(warnings: &[String]) -> String {
+    let item = |warning: &String| match warning.trim_end() {
+        line if !line.contains('\n') => format!("- {}\n\n", inline(line)),
+        lines => code("text", lines),
+    };
+    warnings.iter().map(item).collect::<String>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_from_others_stays_text() {
+        for (given, escaped) in [
+            ("<img src=x> & [a](b) \\", "&lt;img src=x&gt; &amp; \\[a\\](b) \\\\"),
+            ("# no heading\n## none", "\\# no heading ## none"),
+            ("~~~", "\\~~~"),
+            ("is `run.end` **x** `", "is `run.end` **x** \\`"),
+            // A span must not end elsewhere than it seems to: what it held would be read as HTML.
+            ("`<b>```", "`<b>`\\`\\`"),
+            ("`<b>``", "`<b>`\\`"),
+        ] {
+            assert_eq!(inline(given), escaped, "{given}");
+        }
+    }
+
+    #[test]
+    fn no_line_ends_the_fence_it_is_in() {
+        let lines = "a\n```\n<b>\n`````";
+        assert_eq!(code("toml", lines), format!("``````toml\n{lines}\n``````\n\n"));
+        assert!(code("sh", "x").starts_with("```sh\n"));
+    }
+}
