@@ -42,8 +42,8 @@ pub(super) struct Pair {
     /// First difference above [`PARTED`] in each of the [`QUANTITIES`], and the largest difference.
     pub(super) parting: [Option<Difference>; 3],
     pub(super) largest: [f64; 3],
-    /// Differences after the last step.
-    pub(super) now: [f64; 3],
+    /// Largest distance of a particle from itself after the last step (diameters).
+    pub(super) now: f64,
     /// Largest speed (m/s) and spin (1/s) so far, in either engine.
     speed: f64,
     spin: f64,
@@ -69,7 +69,7 @@ impl Pair {
             first_contact: [None; 2],
             parting: [None; 3],
             largest: [0.0; 3],
-            now: [0.0; 3],
+            now: 0.0,
             speed: 0.0,
             spin: 0.0,
         };
@@ -129,14 +129,12 @@ impl Pair {
             speed = speed.max(a.velocity().norm()).max(b.velocity().norm());
             spin = spin.max(a.angular_velocity().norm()).max(b.angular_velocity().norm());
         }
-        (self.speed, self.spin) = (speed, spin);
+        (self.speed, self.spin, self.now) = (speed, spin, apart[0].0);
         for (k, unit) in [1.0, speed, spin].into_iter().enumerate() {
             let (difference, index) = apart[k];
-            self.now[k] = 0.0;
             // Particles at rest in both have no speed to divide by.
             if difference > 0.0 || difference.is_nan() {
                 let value = difference / unit;
-                self.now[k] = value;
                 self.largest[k] = self.largest[k].max(value);
                 if value > PARTED && self.parting[k].is_none() {
                     let [a, b] = [0, 1].map(|engine| &self.particles(engine)[index]);

@@ -2,13 +2,14 @@
 //!
 //! Both engines run the case with Hertz's force, the damping of Tsuji et al. (1992) and without friction, the laws that they have in common.
 //! They then differ by rounding, which contacts multiply, for the engines as for two runs of the native one whose particles are 1e-9 `D`
-//! apart at the start. With the largest distance `d(t)` of these so far, in the unit of the quantity,
+//! apart at the start. With the largest distance `d(t)` of these so far (diameters)
 //!
 //! ```text
-//! difference of the engines <= 0.01 max(d(t), 1e-9)      while d(t) of the positions < 1e-3
+//! distance of the engines <= 0.1 d(t)      while d(t) < 1e-3
 //! ```
 //!
-//! Rounding, 1e-14 `D` over a run, leaves three digits of room. Later nothing is compared: the linear growth has ended, and any two runs part.
+//! Rounding is 1e-14 `D`; LIGGGHTS was within 0.001 d(t). Later nothing is compared: the linear growth has ended, and any two runs part.
+//! Velocities are not judged: during contact those of one engine are of another moment of the step.
 
 use super::super::pair::{PARTED, Pair, QUANTITIES};
 use super::super::prelude::*;
@@ -18,15 +19,12 @@ use super::{COMPLETE, ID};
 /// Distance at the start of nearby trajectories (diameters).
 const NEARBY: f64 = 1e-9;
 /// Part of the distance of nearby trajectories by which the engines may differ.
-const PART: f64 = 0.01;
+const PART: f64 = 0.1;
 
-const REASON: &str = "a hundredth of the distance, at that time, of two native runs 1e-9 D apart at the start: the difference of \
+const REASON: &str = "a tenth of the distance, at that time, of two native runs 1e-9 D apart at the start: the difference of \
                       the engines nearest to its tolerance, before these part by 1e-3 D";
 const FIRST_CONTACT: Limit =
     (1.0, "steps: the native engine counts at the start of its last sub-step, OTHER at its end");
-
-/// Quantities that are judged: without friction spins change in neither engine.
-const JUDGED: usize = 2;
 
 /// Adds the checks; returns a line on how long they compare.
 pub(super) fn verdict(
@@ -60,7 +58,7 @@ fn compare(
     other_contacts: Option<&str>,
     findings: &mut Findings,
 ) -> (u64, String) {
-    let mut worst = [(0.0, PART * NEARBY); JUDGED];
+    let mut worst = (0.0, PART * NEARBY);
     let mut compared = 0;
     let mut end = "to the end".to_string();
     while compared < steps {
@@ -77,11 +75,9 @@ fn compare(
             break;
         }
         compared += 1;
-        for (k, worst) in worst.iter_mut().enumerate() {
-            let tolerance = PART * near.largest[k].max(NEARBY);
-            if engines.now[k].is_nan() || engines.now[k] / tolerance > worst.0 / worst.1 {
-                *worst = (engines.now[k], tolerance);
-            }
+        let (distance, tolerance) = (engines.now, PART * near.largest[0].max(NEARBY));
+        if distance.is_nan() || distance / tolerance > worst.0 / worst.1 {
+            worst = (distance, tolerance);
         }
     }
     if !engines.failures.is_empty() {
@@ -89,10 +85,8 @@ fn compare(
         let values = [native, other, steps as f64].map(Some);
         findings.given("same laws: steps done", values, steps as f64 - native.min(other), COMPLETE);
     }
-    for (quantity, (difference, tolerance)) in QUANTITIES.iter().zip(worst) {
-        let quantity = format!("same laws: difference of {quantity} (-)");
-        findings.given(quantity, [None; 3], difference, (tolerance, REASON));
-    }
+    let quantity = format!("same laws: difference of {} (-)", QUANTITIES[0]);
+    findings.given(quantity, [None; 3], worst.0, (worst.1, REASON));
     if other_contacts.is_none() && engines.first_contact != [None; 2] {
         let [native, other] = engines.first_contact.map(|step| step.unwrap_or(engines.steps[0]) as f64);
         let values = [Some(native), Some(other), None];
@@ -153,7 +147,7 @@ mod tests {
     fn engines_that_round_differently_pass_though_they_part_in_the_end() {
         let (compared, findings) = against(|system| *system = shifted(system, 1e-14));
         assert!((100..1500).contains(&compared), "{compared} steps until nearby trajectories part");
-        assert!(findings.checks.len() == 3 && findings.checks.iter().all(|check| check.pass), "{findings:?}");
+        assert!(findings.checks.len() == 2 && findings.checks.iter().all(|check| check.pass), "{findings:?}");
         assert!(findings.checks.iter().all(|check| !check.is_reported() && check.tolerance > 0.0));
     }
 
