@@ -6,7 +6,7 @@ use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-/// What a number is, for its unit.
+/// Physical quantity of a column, which has its units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Quantity {
     Length,
@@ -74,13 +74,13 @@ pub fn names() -> impl Iterator<Item = (&'static str, &'static str)> {
     })
 }
 
-/// Where the numbers are of which the case says so: by column, the text `[factor *] name [unit] [+ constant]`.
+/// Columns that the case maps: by column, the text `[factor *] name [unit] [+ constant]`.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Columns(Vec<(usize, Term)>);
+pub struct Columns(pub(super) Vec<(usize, Term)>);
 
 /// A column of a file, times a factor, plus a constant (SI units).
 #[derive(Clone, Debug, PartialEq)]
-struct Term {
+pub(super) struct Term {
     factor: f64,
     name: String,
     unit: Option<String>,
@@ -102,14 +102,13 @@ impl Columns {
         Ok(Self(columns))
     }
 
-    /// True if the case maps no column.
-    pub(super) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// True if the case maps a coordinate.
     pub(super) fn map_positions(&self) -> bool {
-        self.0.iter().any(|(target, _)| *target < 3)
+        (0..3).any(|target| self.map(target))
+    }
+
+    fn map(&self, target: usize) -> bool {
+        self.0.iter().any(|(mapped, _)| *mapped == target)
     }
 }
 
@@ -204,7 +203,7 @@ pub(super) struct Alias {
     pub(super) constant: f64,
 }
 
-/// What the files of a kind are like.
+/// Conventions of a kind of files.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Dialect {
     /// Columns that are unknown are left out, also without a map.
@@ -213,9 +212,24 @@ pub(super) struct Dialect {
     pub(super) aliases: Vec<Alias>,
     /// Rows have no position: velocities apart.
     pub(super) no_position: bool,
+    /// Units of length (m) and time (s) of numbers without a unit of their own; SI units if there are none.
+    pub(super) units: Option<[f64; 2]>,
 }
 
-/// Where the numbers of a particle are among those of a line.
+impl Dialect {
+    /// SI units in one unit of a quantity, with the unit that the file or the case gives for it.
+    fn factor(&self, quantity: Quantity, unit: Option<&str>) -> Result<f64, String> {
+        match (unit, self.units, quantity) {
+            (Some(unit), ..) => unit_factor(quantity, unit),
+            (None, Some([length, _]), Quantity::Length) => Ok(length),
+            (None, Some([length, time]), Quantity::Velocity) => Ok(length / time),
+            (None, Some([_, time]), Quantity::AngularVelocity) => Ok(1.0 / time),
+            _ => Ok(1.0),
+        }
+    }
+}
+
+/// Positions of the numbers of a particle among those of a line.
 #[derive(Clone, Debug)]
 pub(super) struct Layout {
     wanted: Vec<Wanted>,
@@ -272,15 +286,14 @@ impl Layout {
                 ));
             };
             let unit = term.unit.as_deref().or(fields[source].1);
-            let unit = unit.map_or(Ok(1.0), |unit| unit_factor(quantity, unit));
-            let unit = unit.map_err(|what| format!("`{}`, for `{key}`, {what}", input::word(&term.name)))?;
+            let unit = (dialect.factor(quantity, unit))
+                .map_err(|what| format!("`{}`, for `{key}`, {what}", input::word(&term.name)))?;
             let factor = term.factor * unit;
             wanted.push(Wanted { target: *target, source, factor, constant: term.constant });
         }
-        let lenient = dialect.lenient || !columns.is_empty();
+        let lenient = dialect.lenient || !columns.0.is_empty();
         for (source, (name, unit)) in fields.iter().enumerate() {
             let has = |wanted: &[Wanted], target: usize| wanted.iter().any(|other| other.target == target);
-            let is_mapped = |target: usize| columns.0.iter().any(|(mapped, _)| *mapped == target);
             let is = |(known, _, others): &(&str, Quantity, &[&str])| {
                 known == name || others.contains(&name.as_str())
             };
@@ -288,11 +301,10 @@ impl Layout {
             let (target, factor, constant) = match (own, COLUMNS.iter().position(is)) {
                 (Some(alias), _) => (alias.target, alias.factor, alias.constant),
                 (None, Some(target)) => {
-                    let unit = unit.map_or(Ok(1.0), |unit| unit_factor(COLUMNS[target].1, unit));
-                    let used = !is_mapped(target);
+                    let unit = dialect.factor(COLUMNS[target].1, *unit);
                     match unit {
                         Ok(factor) => (target, factor, 0.0),
-                        Err(what) if used => return Err(format!("column `{name}` {what}")),
+                        Err(what) if !columns.map(target) => return Err(format!("column `{name}` {what}")),
                         Err(_) => continue,
                     }
                 }
@@ -304,7 +316,7 @@ impl Layout {
                     ));
                 }
             };
-            if is_mapped(target) {
+            if columns.map(target) {
                 continue;
             }
             if has(&wanted, target) {
@@ -321,15 +333,14 @@ impl Layout {
 
     /// Checks that a particle has all that it needs, and nothing twice.
     fn check(mut self, columns: &Columns, lenient: bool, no_position: bool) -> Result<Self, String> {
-        let mapped = |target: usize| columns.0.iter().any(|(other, _)| *other == target);
         if let Some(missing) = (0..3).find(|target| !no_position && !self.has(*target)) {
             return Err(format!("no column `{}`; {MAP}", COLUMNS[missing].0));
         }
         if self.has(DIAMETER) && self.has(RADIUS) {
-            if !lenient || (mapped(DIAMETER) && mapped(RADIUS)) {
+            if !lenient || (columns.map(DIAMETER) && columns.map(RADIUS)) {
                 return Err("a size is given twice, by `diameter` and by `radius`".to_owned());
             }
-            let dropped = if mapped(RADIUS) { DIAMETER } else { RADIUS };
+            let dropped = if columns.map(RADIUS) { DIAMETER } else { RADIUS };
             self.wanted.retain(|wanted| wanted.target != dropped);
         }
         if QUATERNION.clone().any(|c| self.has(c)) {

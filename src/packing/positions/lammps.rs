@@ -15,6 +15,9 @@ const DATA: &str =
 /// Most columns of a dump.
 const MOST_COLUMNS: usize = 1_000;
 
+/// Columns that a note names.
+const MOST_NAMED: usize = 20;
+
 /// The box of a file.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
@@ -24,8 +27,9 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// The names of columns, where `scale` is the unit of length (m).
-    fn dialect(&self, scale: f64, several: bool) -> Dialect {
+    /// The names of columns, where `units` are those of length (m) and time (s).
+    fn dialect(&self, units: [f64; 2], several: bool) -> Dialect {
+        let [scale, _] = units;
         let alias = |name, target, factor, constant| Alias { name, target, factor, constant };
         let mut aliases = Vec::new();
         for (axis, [plain, scaled, unwrapped]) in
@@ -36,12 +40,10 @@ impl Bounds {
             aliases.push(alias(scaled, axis, size, 0.0));
             aliases.push(alias(unwrapped, axis, scale, -low));
         }
-        let lengths = [("diameter", 8), ("radius", 19), ("vx", 13), ("vy", 14), ("vz", 15)];
-        aliases.extend(lengths.map(|(name, target)| alias(name, target, scale, 0.0)));
         if several {
             aliases.push(alias("type", KIND, 1.0, -1.0));
         }
-        Dialect { lenient: true, aliases, no_position: false }
+        Dialect { lenient: true, aliases, no_position: false, units: Some(units) }
     }
 
     /// Brings a position back through periodic faces.
@@ -70,14 +72,23 @@ fn interval(line: &str) -> Option<[f64; 2]> {
     (low.is_finite() && high.is_finite() && low < high && (high - low).is_finite()).then_some([low, high])
 }
 
-/// Metres in the unit of length of a style of units; 1 where it says nothing of it.
-fn length_unit(style: &str) -> f64 {
+/// Units of length (m) and time (s) of a style of units; a file that names none is in SI units.
+fn units_of(style: &str) -> Result<[f64; 2], String> {
     match style {
-        "cgs" => 1e-2,
-        "micro" => 1e-6,
-        "nano" => 1e-9,
-        _ => 1.0,
+        "" | "si" => Ok([1.0, 1.0]),
+        "cgs" => Ok([1e-2, 1.0]),
+        "micro" => Ok([1e-6, 1e-6]),
+        "nano" => Ok([1e-9, 1e-9]),
+        _ => Err(format!("the units are `{}`, known here: si, cgs, micro, nano", input::word(style))),
     }
+}
+
+/// The columns that nothing here is made of, for a note.
+fn left_out(header: &[&str], layout: &Layout) -> Option<String> {
+    let used: Vec<usize> = layout.sources().collect();
+    let left = header.iter().enumerate().filter(|(n, _)| !used.contains(n)).take(MOST_NAMED);
+    let left: Vec<String> = left.map(|(_, name)| input::word(name)).collect();
+    (!left.is_empty()).then(|| format!("columns that are not read: {}", left.join(", ")))
 }
 
 /// Reads the last frame of a dump.
@@ -85,7 +96,7 @@ pub(super) fn dump(text: &str, name: &str, columns: &Columns, several: bool) -> 
     let bad = |line: usize, what: &str| format!("{name}:{line}: {what}; {DUMP}");
     let mut lines = text.lines().map(str::trim).zip(1..);
     let mut frames = 0;
-    let (mut step, mut units, mut count, mut bounds, mut last) = ("", "", None, None, None);
+    let (mut step, mut units, mut count, mut bounds, mut last) = ("", [1.0, 1.0], None, None, None);
     while let Some((line, number)) = lines.next() {
         let Some(item) = line.strip_prefix("ITEM:").map(str::trim) else {
             if line.is_empty() {
@@ -102,7 +113,7 @@ pub(super) fn dump(text: &str, name: &str, columns: &Columns, several: bool) -> 
             if has < count {
                 return Err(bad(number, &format!("{count} particles, but only {has} lines of them")));
             }
-            last = Some((number, header, bounds, rows, [step, units]));
+            last = Some((number, header, bounds, rows, step));
             frames += 1;
             continue;
         }
@@ -135,18 +146,19 @@ pub(super) fn dump(text: &str, name: &str, columns: &Columns, several: bool) -> 
             let (line, _) = next();
             match item {
                 "TIMESTEP" => step = line,
-                "UNITS" => units = line,
+                "UNITS" => units = units_of(line).map_err(|e| bad(number + 1, &e))?,
                 _ => {}
             }
         }
     }
-    let Some((number, header, bounds, rows, [step, units])) = last else {
+    let Some((number, header, bounds, rows, step)) = last else {
         return Err(format!("{name}: holds no particles; {DUMP}"));
     };
-    let scale = length_unit(units);
+    let [scale, _] = units;
     let header: Vec<&str> = header.split_whitespace().take(MOST_COLUMNS).collect();
     let layout =
-        Layout::new(&header, columns, &bounds.dialect(scale, several)).map_err(|e| bad(number, &e))?;
+        Layout::new(&header, columns, &bounds.dialect(units, several)).map_err(|e| bad(number, &e))?;
+    let left = left_out(&header, &layout);
     let mut placements = Vec::new();
     for (row, line) in rows {
         let line = TextLine { line, fields: &words(row) };
@@ -161,14 +173,17 @@ pub(super) fn dump(text: &str, name: &str, columns: &Columns, several: bool) -> 
     }
     let several = (frames > 1)
         .then(|| format!("of {frames} frames the last one is read, that of time step {}", input::word(step)));
-    Ok(Found { placements, notes: several.into_iter().chain(bounds.note(scale, columns)).collect() })
+    Ok(Found {
+        placements,
+        notes: several.into_iter().chain(bounds.note(scale, columns)).chain(left).collect(),
+    })
 }
 
 /// Reads a data file.
 pub(super) fn data(text: &str, name: &str, columns: &Columns, several: bool) -> Result<Found, String> {
     let bad = |line: usize, what: &str| format!("{name}:{line}: {what}; {DATA}");
     let mut bounds = Bounds { low: [0.0; 3], size: [0.0; 3], periodic: [false; 3] };
-    let (mut count, mut section, mut style) = (0, "", "");
+    let (mut count, mut section, mut style, mut ellipsoids) = (0, "", "", false);
     let mut layout: Option<Layout> = None;
     let mut placements: Vec<Placement> = Vec::new();
     let mut motions: BTreeMap<u64, [Vec3; 2]> = BTreeMap::new();
@@ -215,7 +230,7 @@ pub(super) fn data(text: &str, name: &str, columns: &Columns, several: bool) -> 
                         let style = input::word(style);
                         bad(number, &format!("atoms of the style `{style}` with {} numbers", fields.len()))
                     })?;
-                    let made = Layout::new(&names, columns, &bounds.dialect(1.0, several));
+                    let made = Layout::new(&names, columns, &bounds.dialect([1.0, 1.0], several));
                     layout = Some(made.map_err(|e| bad(number, &e))?);
                 }
                 let layout = layout.as_ref().expect("made above");
@@ -241,6 +256,7 @@ pub(super) fn data(text: &str, name: &str, columns: &Columns, several: bool) -> 
                     return Err(bad(number, &format!("more velocities than the {count} atoms of the head")));
                 }
             }
+            "Ellipsoids" => ellipsoids = true,
             _ => {}
         }
     }
@@ -254,7 +270,8 @@ pub(super) fn data(text: &str, name: &str, columns: &Columns, several: bool) -> 
             placement.motion = Some(motion.unwrap_or_default());
         }
     }
-    Ok(Found { placements, notes: bounds.note(1.0, columns).into_iter().collect() })
+    let left = ellipsoids.then(|| "axes and orientations of its section Ellipsoids are not read".to_owned());
+    Ok(Found { placements, notes: bounds.note(1.0, columns).into_iter().chain(left).collect() })
 }
 
 /// The names of the numbers of an atom; images through periodic faces may follow.

@@ -146,7 +146,7 @@ pub(super) fn parse(text: &str, name: &str, columns: &Columns) -> Result<Found, 
             // numpy writes the header as a comment.
             let named = comment.and_then(|words| of_header(words).ok());
             let named = named.filter(|layout| layout.fields == fields.len());
-            if named.is_none() && !columns.is_empty() {
+            if named.is_none() && !columns.0.is_empty() {
                 return Err(format!(
                     "{name}:{number}: there is no header with the columns that `columns` of the case names; {EXPECTED}"
                 ));

@@ -242,6 +242,33 @@ fn the_last_frame_of_a_dump_is_read_relative_to_its_box() {
 }
 
 #[test]
+fn motions_and_mapped_columns_of_a_dump_have_its_units_and_other_units_are_refused() {
+    let with = |units: &str| {
+        DUMP.replace("ITEM: TIMESTEP\n500", &format!("ITEM: UNITS\n{units}\nITEM: TIMESTEP\n500"))
+    };
+    for (units, length, velocity, spin) in
+        [("si", 1.0, 1.0, 1.0), ("cgs", 1e-2, 1e-2, 1.0), ("micro", 1e-6, 1.0, 1e6), ("nano", 1e-9, 1.0, 1e9)]
+    {
+        let mapped = Columns::new(&[("diameter".to_owned(), "2*radius".to_owned())].into()).unwrap();
+        for columns in [Columns::default(), mapped] {
+            let found = super::parse(with(units).as_bytes(), "dump", &columns, true).unwrap();
+            let first = found.placements[0];
+            let [v, w] = first.motion.unwrap();
+            assert!((v / velocity - Vec3::new(1.0, 2.0, 3.0)).norm() < 1e-12, "{units}: {v}");
+            assert!((w / spin - Vec3::new(4.0, 5.0, 6.0)).norm() < 1e-9, "{units}: {w}");
+            assert!((first.diameter.unwrap().0 / length - 0.2).abs() < 1e-12, "{units}");
+            assert!(
+                found.notes.iter().any(|note| note.ends_with("not read: mass, c_q[1]")),
+                "{:?}",
+                found.notes
+            );
+        }
+    }
+    let error = parse(&with("real"), "dump").unwrap_err();
+    assert!(error.starts_with("dump:12: the units are `real`, known here: si"), "{error}");
+}
+
+#[test]
 fn a_dump_that_is_cut_or_skewed_is_refused_with_its_line() {
     for (text, words) in [
         (DUMP.replace("2 1 9 0.5 -2 7 0 0 0 0 0 0 0.2 7\n", ""), "p:19: 2 particles, but only 1 lines"),

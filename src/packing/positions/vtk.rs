@@ -83,7 +83,7 @@ pub(super) fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) 
     }
     let kind = Alias { name: "type", target: KIND, factor: 1.0, constant: -1.0 };
     let aliases = if several { vec![kind] } else { Vec::new() };
-    let dialect = Dialect { lenient: true, aliases, no_position: false };
+    let dialect = Dialect { lenient: true, aliases, ..Dialect::default() };
     let mut placements = Vec::new();
     for piece in pieces.iter().filter(|piece| piece.count > 0) {
         let (mut header, mut of_columns) = (Vec::new(), Vec::new());

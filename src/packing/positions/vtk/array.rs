@@ -108,6 +108,9 @@ impl Array<'_> {
     }
 }
 
+/// Bytes that a compressed one may stand for: 1032 by zlib, 255 by LZ4.
+const MOST_EXPANDED: usize = 1032;
+
 /// Bytes behind their header: a length, or the number and lengths of compressed blocks.
 fn decode(mut stream: Stream<'_>, length: usize, encoding: Encoding) -> Result<Vec<u8>, String> {
     let kind = Kind { bytes: encoding.header, signed: false, float: false };
@@ -132,6 +135,10 @@ fn decode(mut stream: Stream<'_>, length: usize, encoding: Encoding) -> Result<V
         let compressed = stream.take(size)?;
         let begin = all.len();
         let wanted = if n < whole { block } else { last };
+        // No byte becomes more by either method.
+        if wanted / MOST_EXPANDED > size {
+            return Err("cannot be decompressed".to_owned());
+        }
         all.resize(begin + wanted, 0);
         let out = &mut all[begin..];
         let done = match encoding.compressor {
