@@ -10,6 +10,7 @@
 //! assert_eq!(key, "run.end.steps");
 //! ```
 
+mod array;
 mod checks;
 mod conform;
 mod couette;
@@ -17,6 +18,7 @@ mod dry;
 mod engine;
 pub mod file;
 mod files;
+mod filled;
 mod hertz;
 mod kinds;
 mod listed;
@@ -62,7 +64,7 @@ pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub use schedule::CHECKPOINT_INTERVAL;
 #[doc(hidden)]
 pub use source::{Source, nearest};
-pub use speeds::{DrivenFlow, Impact};
+pub use speeds::{Bound, DrivenFlow, Impact};
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and
 /// [where it comes from](Self::provenance).
@@ -88,6 +90,8 @@ pub struct Setup {
     pub diameter: f64,
     /// Solid volume over volume of the box (-).
     pub volume_fraction: f64,
+    /// The same as the case asks for it, before numbers of particles were rounded up to whole ones (-).
+    pub requested_volume_fraction: f64,
     /// Walls: the closed faces of the box, and those the case lists.
     pub walls: Vec<Wall>,
     /// Contact model; `None` if contacts are off.

@@ -14,6 +14,7 @@ use crate::contact::PairFinder;
 use crate::domain::Domain;
 use crate::math::Vec3;
 use crate::wall::Surface;
+use neighbours::Bins;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
@@ -25,6 +26,10 @@ pub const MAX_GROWN_FRACTION: f64 = 0.52;
 pub const DEFAULT_GAP: f64 = 0.0278;
 /// Rounds of pushing before giving up; a volume fraction of 0.45 takes a few hundred.
 const MAX_ROUNDS: usize = 5000;
+/// Rounds after which spheres that fixed ones still push begin elsewhere: they may be caught between these.
+const CAUGHT: usize = 500;
+/// Draws for a place that is clear of fixed spheres and walls.
+const DRAWS: usize = 1000;
 /// Push a little further than needed, so that the end is reached in finitely many rounds.
 const OVERSHOOT: f64 = 1.0 + 1e-3;
 
@@ -72,13 +77,15 @@ pub fn pack(
     let mut random = Uniform(ChaCha8Rng::seed_from_u64(seed));
     let size = domain.size();
     let mut positions: Vec<Vec3> = fixed.iter().map(|(position, _)| *position).collect();
-    for _ in balls {
+    let mut draw = || {
         let (x, y, z) = (random.next(), random.next(), random.next());
-        positions.push(domain.wrap(Vec3::new(x, y, z).component_mul(&size)));
-    }
+        domain.wrap(Vec3::new(x, y, z).component_mul(&size))
+    };
+    positions.extend(balls.iter().map(|_| draw()));
     let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
     let mut finder = PairFinder::new(*domain);
-    for _ in 0..MAX_ROUNDS {
+    for round in 1..=MAX_ROUNDS {
+        let mut pushed = vec![false; positions.len()];
         // Fixed ones may be as close to each other as they like.
         let mut moved = false;
         for [a, b] in finder.find(&positions, &reaches).iter().map(|pair| pair.map(|i| i as usize)) {
@@ -95,6 +102,7 @@ pub fn pack(
             let direction = if distance > 1e-9 * wanted { apart / distance } else { Vec3::x() };
             let push = (wanted * OVERSHOOT - distance) * direction;
             let share = if a < fixed.len() { 0.0 } else { 0.5 };
+            pushed[b] |= a < fixed.len();
             positions[a] = domain.wrap(positions[a] - share * push);
             positions[b] = domain.wrap(positions[b] + (1.0 - share) * push);
             moved = true;
@@ -111,6 +119,22 @@ pub fn pack(
         }
         if !moved {
             return Some(positions.split_off(fixed.len()));
+        }
+        if round % CAUGHT == 0 {
+            let caught: Vec<usize> = (fixed.len()..positions.len()).filter(|&i| pushed[i]).collect();
+            let widest = reaches.iter().copied().fold(0.0, f64::max);
+            let mut bins = Bins::new(domain, 2.0 * widest, fixed.len());
+            (0..fixed.len()).for_each(|i| bins.add(i, &positions[i]));
+            for i in caught {
+                let is_clear = |at: &Vec3| {
+                    let apart = |j: usize| domain.nearest_image(positions[j] - at).norm();
+                    let mut near = bins.around(at).flatten();
+                    near.all(|&j| apart(j) >= reaches[i] + reaches[j])
+                        && walls.iter().all(|wall| wall.distance(*at) >= reaches[i])
+                };
+                let clear = (0..DRAWS).map(|_| draw()).find(is_clear);
+                positions[i] = clear.unwrap_or(positions[i]);
+            }
         }
     }
     None
@@ -173,6 +197,20 @@ mod tests {
             for p in &positions {
                 assert!(domain.nearest_image(p - centre).norm() >= 1.0 + DEFAULT_GAP);
             }
+        }
+    }
+
+    #[test]
+    fn spheres_caught_between_fixed_ones_begin_elsewhere() {
+        // A bed whose gaps have room for the middle of a sphere, but not for a sphere.
+        let domain = cube(6);
+        let at = |n: usize| {
+            Vec3::new((n % 5) as f64, (n / 5 % 5) as f64, (n / 25) as f64) * 1.2 + Vec3::repeat(0.3)
+        };
+        let fixed: Vec<(Vec3, Ball)> = (0..75).map(|n| (at(n), BALL)).collect();
+        let positions = pack(&domain, &[], &fixed, &[BALL; 60], 1).unwrap();
+        for (centre, _) in &fixed {
+            assert!(positions.iter().all(|p| domain.nearest_image(p - centre).norm() >= 1.0 + DEFAULT_GAP));
         }
     }
 

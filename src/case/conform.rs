@@ -9,17 +9,32 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// Names that other programs and papers use, the key that is meant, and how to write it.
-const OTHER_NAMES: [(&str, &str, &str); 8] = [
+const OTHER_NAMES: [(&str, &str, &str); 12] = [
     ("radius", "diameter", "write diameter = 2 radius"),
     ("radius", "axes", "write axes = [x, y, z], whole lengths from end to end"),
     ("dt", "time_step", "write time_step = ... in seconds"),
     ("tau", "relaxation_time", "write relaxation_time = ... in time steps"),
     ("phi", "volume_fraction", "write volume_fraction = ..."),
     ("nu", "viscosity", "write viscosity = ... in m^2/s"),
+    ("kinematic_viscosity", "viscosity", "write viscosity = ... in m^2/s"),
+    ("dynamic_viscosity", "viscosity", DYNAMIC),
+    ("mu", "viscosity", DYNAMIC),
+    ("eta", "viscosity", DYNAMIC),
     ("picture_plane", "pictures", "write pictures = [{ slice = { normal = \"y\", position = ... } }]"),
     ("picture_range", "pictures", "write pictures = [{ slice = { range = [0, ...] } }]"),
 ];
 
+/// For a dynamic viscosity.
+const DYNAMIC: &str =
+    "write viscosity = ... in m^2/s, the dynamic viscosity in Pa s over the density in kg/m^3";
+
+/// Largest magnitude of a number, and least one of a number that must be above 0: no quantity in SI units is beyond, and what is
+/// derived from it would not be finite.
+const MOST: f64 = 1e30;
+const LEAST: f64 = 1e-30;
+
+/// Most characters of a number without an exponent.
+const LONG: usize = 20;
 /// Most characters of a value that a title repeats.
 const REPEATED: usize = 40;
 
@@ -106,8 +121,10 @@ impl<'a> Check<'a> {
     fn range(&self, value: &Spanned<DeValue<'_>>, form: &Form, remedy: &str, key: &str) -> Result<()> {
         let (number, has) = match value.get_ref() {
             DeValue::Float(number) => {
-                let number: f64 = number.as_str().parse().unwrap_or(f64::NAN);
-                (number, number.to_string())
+                let size: f64 = number.as_str().parse().unwrap_or(f64::NAN);
+                // Without an exponent 1e-300 has 300 digits.
+                let plain = size.to_string();
+                (size, if plain.len() > LONG { number.as_str().to_string() } else { plain })
             }
             DeValue::Integer(text) => {
                 let number = i64::from_str_radix(text.as_str(), text.radix());
@@ -131,7 +148,12 @@ impl<'a> Check<'a> {
             && least.is_none_or(|least| number >= least)
             && most.is_none_or(|most| number <= most);
         if number.is_finite() && within {
-            return Ok(());
+            let beyond = match number.abs() {
+                size if size > MOST => format!("of a magnitude of at most {MOST:e}"),
+                size if size < LEAST && above == Some(0.0) => format!("at least {LEAST:e}"),
+                _ => return Ok(()),
+            };
+            return Err(self.source.out_of_range(key, &value.span(), &has, &beyond, remedy));
         }
         Err(self.source.out_of_range(key, &value.span(), &has, &wanted, remedy))
     }

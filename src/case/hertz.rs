@@ -10,7 +10,9 @@
 //! # Reference
 //! Johnson (1985), Contact Mechanics, sections 4.2 and 11.4.
 
+use super::Setup;
 use crate::contact::Material;
+use crate::math::Vec3;
 use crate::particle::Template;
 
 /// Steps of the particles in which a contact is resolved.
@@ -53,6 +55,26 @@ impl Hertz {
     /// Depth (m) under a steady force (N).
     pub fn static_depth(&self, force: f64) -> f64 {
         libm::pow(0.75 * force / (self.modulus * self.radius.sqrt()), 2.0 / 3.0)
+    }
+}
+
+impl Setup {
+    /// Two particles of a template in contact, as spheres of their volume; none without contacts.
+    pub fn hertz(&self, template: usize) -> Option<Hertz> {
+        let kind = &self.templates[template];
+        Some(Hertz::new(kind, &self.contact.as_ref()?.materials[kind.material]))
+    }
+
+    /// Templates of particles that gravity presses onto others, and the depth (m) of a contact under the weight of one of them minus its
+    /// buoyancy, along the directions in which it is free.
+    pub fn resting_depths(&self) -> Vec<(usize, f64)> {
+        let depth = |template: usize| {
+            let (kind, free) = (&self.templates[template], self.motions[template].free);
+            let gravity = Vec3::from_fn(|axis, _| if free[axis] { self.gravity[axis] } else { 0.0 });
+            let weight = (kind.density - self.fluid_density()).abs() * kind.shape.volume() * gravity.norm();
+            Some((template, self.hertz(template)?.static_depth(weight)))
+        };
+        self.movable().into_iter().filter_map(depth).filter(|(_, depth)| *depth > 0.0).collect()
     }
 }
 

@@ -21,6 +21,8 @@ use std::sync::Arc;
 const MOST_SIZES: usize = 10_000;
 /// Most faces of the polyhedra of all sizes together, some 400 bytes each.
 const MOST_FACES: usize = 500_000;
+/// Factor on lengths below which it may be a length itself.
+const DOUBTFUL_FACTOR: f64 = 0.05;
 
 /// One `[[particles]]` section.
 #[derive(Clone, Debug)]
@@ -121,7 +123,7 @@ impl Kinds {
                     })?;
                     scales.into_iter().map(|scale| (scale, 1.0)).collect()
                 }
-                None => sizes(document, &format!("{key}.sizes"), section)?,
+                None => sizes(document, &format!("{key}.sizes"), section, own)?,
             };
             let total: f64 = sizes.iter().map(|(_, share)| share).sum();
             if !total.is_finite() {
@@ -179,15 +181,20 @@ impl Kinds {
     }
 }
 
-/// Factors on all lengths, and the share of the particles that has each.
-fn sizes(document: &Document, key: &str, section: &ParticleSection) -> Result<Vec<(f64, f64)>> {
-    match &section.sizes {
-        None => Ok(vec![(1.0, 1.0)]),
+/// Factors on all lengths of a shape of this diameter (m), and the share of the particles that has each.
+fn sizes(
+    document: &Document,
+    key: &str,
+    section: &ParticleSection,
+    diameter: f64,
+) -> Result<Vec<(f64, f64)>> {
+    let (given, sizes): (Vec<f64>, Vec<(f64, f64)>) = match &section.sizes {
+        None => return Ok(vec![(1.0, 1.0)]),
         Some(Sizes::Shares(list)) if list.is_empty() => {
             let remedy = "scales are factors on the lengths of the shape, e.g. 0.8";
-            Err(document.error(key, &format!("`{key}` is empty"), "no size", remedy))
+            return Err(document.error(key, &format!("`{key}` is empty"), "no size", remedy));
         }
-        Some(Sizes::Shares(list)) => Ok(list.iter().map(|size| (size.scale, size.share)).collect()),
+        Some(Sizes::Shares(list)) => list.iter().map(|size| (size.scale, (size.scale, size.share))).unzip(),
         Some(Sizes::Spread(spread)) => {
             let [low, high] = spread.uniform;
             if high < low {
@@ -197,9 +204,22 @@ fn sizes(document: &Document, key: &str, section: &ParticleSection) -> Result<Ve
             }
             let steps = spread.steps.unwrap_or(5);
             let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
-            Ok((0..steps).map(|step| (middle(step), 1.0)).collect())
+            (vec![low, high], (0..steps).map(|step| (middle(step), 1.0)).collect())
         }
+    };
+    // Of a shape a few millimetres wide no factor is a few thousandths, but a length is.
+    let is_length = |size: &f64| (0.1..10.0).contains(&(size / diameter));
+    if diameter < DOUBTFUL_FACTOR && given.iter().all(|size| *size < DOUBTFUL_FACTOR && is_length(size)) {
+        let list =
+            |unit: f64| given.iter().map(|size| (size / unit).to_string()).collect::<Vec<_>>().join(", ");
+        let title = format!(
+            "`{key}` are factors on the lengths of the shape, whose diameter is {diameter} m, but look like lengths: {}",
+            list(1.0)
+        );
+        let remedy = format!("divide them by the diameter: {}", list(diameter));
+        return Err(document.error(key, &title, "factors, not metres", &remedy));
     }
+    Ok(sizes)
 }
 
 /// Builds the shapes of one section.

@@ -7,6 +7,7 @@ mod relaxed;
 
 use super::checks::Document;
 use super::file::{Entry, MovingEntry, OrientationSection};
+use super::filled::Filled;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
 use crate::domain::Domain;
@@ -14,6 +15,7 @@ use crate::error::Result;
 use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
+use crate::wall::Surface;
 use std::collections::HashMap;
 
 /// A case, and all that the positions depend on.
@@ -24,6 +26,8 @@ pub(super) struct Placer<'a> {
     pub(super) walls: &'a [PlacedWall],
     /// Volume of the box outside of walls (m^3).
     pub(super) free_volume: f64,
+    /// Templates whose whole motion is prescribed: their bodies may overlap each other and walls.
+    pub(super) held: &'a [bool],
     /// Distance by which surfaces are grown for contacts (m); 0 without contacts.
     pub(super) enlargement: f64,
 }
@@ -43,13 +47,14 @@ struct Placed {
 }
 
 impl Placer<'_> {
-    /// All particles, ascending ids; those at random, unless `places`, are only counted.
+    /// All particles, ascending ids; those at random, unless `places`, are only counted. True if bodies that are [held](Self::held) overlap
+    /// each other or a wall.
     pub(super) fn place(
         &self,
         places: bool,
         warnings: &mut Vec<String>,
         notes: &mut Vec<String>,
-    ) -> Result<(Vec<Particle>, Counts)> {
+    ) -> Result<(Vec<Particle>, Counts, bool)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, kind) in self.document.case.particles.iter().enumerate() {
@@ -78,17 +83,23 @@ impl Placer<'_> {
         }
         self.number(&mut placed)?;
         notes.extend(self.relax(&mut placed));
-        self.refuse_overlaps(&placed)?;
+        let overlap = self.refuse_overlaps(&placed)?;
         warnings.extend(self.grown_overlaps(&placed));
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
         let mut counted = Vec::new();
         if places {
-            self.pack(&random, &mut particles, warnings)?;
+            self.pack(&random, &mut particles, overlap, warnings)?;
         } else {
             counted.extend(random.iter().flat_map(|&(index, count)| self.allot(index, count)));
         }
         particles.sort_by_key(|p| p.id);
-        Ok((particles, counted))
+        Ok((particles, counted, overlap))
+    }
+
+    /// What bodies fill of the box outside of walls, where they overlap.
+    pub(super) fn filled<'b>(&self, bodies: impl Iterator<Item = &'b Particle> + Clone) -> Filled {
+        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
+        Filled::by(&self.domain, &walls, &self.kinds.templates, bodies)
     }
 
     fn template(&self, particle: &Particle) -> &Template {
@@ -140,7 +151,7 @@ impl Placer<'_> {
             (_, None, Some([i, j, k, w])) => {
                 let norm = (i * i + j * j + k * k + w * w).sqrt();
                 if !norm.is_finite() || norm <= 0.0 {
-                    return Err(zero("quaternion", &format!("{:?}", [i, j, k, w]), "[i, j, k, w]"));
+                    return Err(zero("quaternion", "[0, 0, 0, 0]", "[i, j, k, w]"));
                 }
                 let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
                 return Ok(Quat::new_unchecked(unit));
@@ -203,3 +214,6 @@ impl Placer<'_> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod held_tests;

@@ -18,8 +18,10 @@ const LARGEST_SPEED: f64 = 0.3;
 const USUAL_SPEED: f64 = 0.1;
 /// Least relaxation time, and most cells per diameter, that are suggested to anybody.
 const SUGGESTED: (f64, f64) = (0.51, 60.0);
-/// Dynamic viscosity of water from 15 to 25 degrees centigrade (Pa s).
-const WATER_DYNAMIC: RangeInclusive<f64> = 0.88e-3..=1.14e-3;
+/// Kinematic viscosity (m^2/s) of a liquid of usual density (kg/m^3) from which it is asked for: that of water at 25 degrees centigrade is
+/// 0.89e-6, and its dynamic viscosity 0.89e-3 Pa s.
+const DOUBTFUL_VISCOSITY: f64 = 0.88e-3;
+const LIQUIDS: RangeInclusive<f64> = 500.0..=3000.0;
 /// Least density ratio at which the coupling with a [`VirtualMass`] has been tested: spheres, 8 to 20 cells per diameter, relaxation
 /// times 0.52 to 1, both couplings.
 const LEAST_RATIO: f64 = 0.05;
@@ -86,11 +88,7 @@ impl Written<'_> {
         let mut follow = |name: &str, speed: f64, key: &str, doubt: Option<String>| {
             self.follow(name, speed, key, doubt).map(|warning| warnings.extend(warning))
         };
-        let settles = |template: usize| {
-            let free = setup.motions[template].free;
-            (0..3).any(|axis| free[axis] && setup.gravity[axis] != 0.0)
-        };
-        let settling = self.present.iter().filter(|&&template| settles(template));
+        let settling = self.present.iter().filter(|&&template| setup.falls(template));
         let settling = settling.map(|&template| (template, setup.settling_speed(fluid, template)));
         if let Some((template, speed)) = settling.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
@@ -124,7 +122,11 @@ impl Written<'_> {
         for (wall, key) in setup.walls.iter().zip(&self.walls) {
             follow(&format!("the wall \"{}\"", wall.name), wall_speed(wall, &size), key, None)?;
         }
-        if let Some(flow) = setup.driven_flow() {
+        // Where bodies at rest are only counted, their drag is not known.
+        let is_placed = |template: usize| setup.particles.iter().any(|p| p.template as usize == template);
+        let unknown =
+            self.present.iter().any(|&template| setup.motions[template].rests() && !is_placed(template));
+        if let Some(flow) = setup.driven_flow().filter(|_| !unknown) {
             let key = "driving.body_acceleration";
             let acceleration = fluid.body_acceleration.norm();
             let doubt = (acceleration > 100.0).then(|| {
@@ -200,17 +202,20 @@ impl Written<'_> {
         format!("take {}", ways.join(" or "))
     }
 
-    /// Asks about a viscosity that looks like the dynamic one of water.
+    /// Asks about a viscosity that looks like a dynamic one.
     fn dynamic_viscosity(&self) -> Option<String> {
         let (viscosity, density) = (self.fluid.viscosity?, self.fluid.density);
-        let like_water = (950.0..1050.0).contains(&density);
-        if !like_water || !WATER_DYNAMIC.contains(&viscosity) {
+        if !LIQUIDS.contains(&density) || viscosity < DOUBTFUL_VISCOSITY {
             return None;
         }
         let title = format!(
-            "`fluid.viscosity` = {viscosity:e} m^2/s is a thousand times that of water: is it the dynamic viscosity, in Pa s?"
+            "`fluid.viscosity` = {viscosity:e} m^2/s is {:.0} times that of water: is it the dynamic viscosity, in Pa s?",
+            viscosity / 1e-6
         );
-        let remedy = format!("if so, divide it by the density: {:.3e} m^2/s", viscosity / density);
+        let remedy = format!(
+            "if so, divide it by the density: {:.4e} m^2/s; 1e-6 is that of water",
+            viscosity / density
+        );
         Some(self.document.warning("fluid.viscosity", &title, "kinematic, in m^2/s", &remedy))
     }
 

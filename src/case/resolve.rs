@@ -12,12 +12,15 @@ use super::placement::Placer;
 use super::plausible::Written;
 use super::schedule::{Known, are_few, names, reschedule, title};
 use super::source::Source;
-use super::space::{domain, refuse_double_contacts};
+use super::space::{domain, refuse_double_contacts, refuse_what_is_too_large};
 use super::walls::{free_volume, walls};
 use super::{Provenance, RunPlan, Setup};
 use crate::error::Result;
 use crate::wall::Wall;
 use std::path::Path;
+
+/// Relative difference of a volume fraction from the one that was asked for that is worth a warning.
+const ROUNDED: f64 = 0.03;
 
 /// Reads a case file, applies `--set` options, checks everything and derives every number.
 ///
@@ -126,7 +129,13 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }
     let engine = engine(document, &files.folder)?;
-    let reaches: Vec<f64> = templates.iter().map(|template| model.reach(&template.shape)).collect();
+    let no_particles = kinds.of_each(|section, _| document.case.particles[section].count == Some(0));
+    let reaches = templates
+        .iter()
+        .zip(no_particles)
+        .map(|(template, none)| if none { 0.0 } else { model.reach(&template.shape) });
+    let reaches: Vec<f64> = reaches.collect();
+    refuse_what_is_too_large(document, &kinds, &domain, &reaches)?;
     let contact = document.case.contact.enabled.then_some(model);
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
@@ -141,25 +150,47 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         Medium::Dry(section) => (dry::time_step(section, substeps, templates, &materials), None),
     };
     let motions = motions(document, time_step)?;
+    let held = kinds.of_each(|section, _| motions[section].is_complete());
     let placer = Placer {
         document,
         domain,
         kinds: &kinds,
         walls: &walls,
         free_volume: free_volume(&domain, &walls),
+        held: &held,
         enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
-    let (mut particles, random) = placer.place(places, &mut warnings, &mut notes)?;
+    let (mut particles, random, overlap) = placer.place(places, &mut warnings, &mut notes)?;
     if let Some(flow) = fluid.as_ref().and_then(|fluid| fluid.start) {
         flow.carry(&placer, &motions, &mut particles);
     }
     if contact.is_some() {
-        refuse_double_contacts(document, &domain, &reaches, &particles)?;
+        refuse_double_contacts(document, &domain, (&reaches, &held), (kinds.diameter, &particles))?;
     }
     let counts: Vec<(usize, usize)> =
         (particles.iter().map(|p| (p.template as usize, 1))).chain(random).collect();
-    let volume = |&(template, count): &(usize, usize)| count as f64 * templates[template].shape.volume();
-    let volume_fraction = counts.iter().map(volume).sum::<f64>() / placer.free_volume;
+    // An empty sum of floats is -0.
+    let volume = |counts: &mut dyn Iterator<Item = &(usize, usize)>| {
+        counts.fold(0.0, |sum, &(template, count)| sum + count as f64 * templates[template].shape.volume())
+    };
+    let mut solid_volume = volume(&mut counts.iter());
+    if overlap {
+        let fixed = particles.iter().filter(|p| held[p.template as usize]);
+        let alone: f64 = fixed.clone().map(|p| templates[p.template as usize].shape.volume()).sum();
+        solid_volume += placer.filled(fixed).solid_volume() - alone;
+    }
+    let volume_fraction = solid_volume / placer.free_volume;
+    let mut requested_volume_fraction = volume_fraction;
+    for (index, kind) in kinds.sections.iter().enumerate() {
+        if let Some(requested) = document.case.particles[index].volume_fraction {
+            let mut of_kind = counts.iter().filter(|(template, _)| kind.templates().contains(template));
+            let actual = volume(&mut of_kind) / placer.free_volume;
+            requested_volume_fraction += requested - actual;
+            let count = counts.iter().filter(|(template, _)| kind.templates().contains(template));
+            let count = count.map(|(_, count)| count).sum();
+            warnings.extend(rounded(document, index, [requested, actual], count));
+        }
+    }
     let present = (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
     let known = Known {
         name,
@@ -182,6 +213,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         particles,
         diameter: kinds.diameter,
         volume_fraction,
+        requested_volume_fraction,
         walls,
         contact,
         engine,
@@ -204,6 +236,23 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         setup.provenance.notes.extend(buoyancy(&setup));
     }
     Ok(setup)
+}
+
+/// Warns of a volume fraction that whole particles miss by more than [`ROUNDED`].
+fn rounded(document: &Document, index: usize, [requested, actual]: [f64; 2], count: usize) -> Option<String> {
+    if (actual / requested - 1.0).abs() <= ROUNDED {
+        return None;
+    }
+    let key = format!("particles.{index}.volume_fraction");
+    let (particles, each) =
+        (if count == 1 { "particle makes" } else { "particles make" }, actual / count as f64);
+    let title = format!("`{key}` is {requested}, but {count} whole {particles} it {actual:.4}");
+    let remedy = format!(
+        "`count = {}` makes it {:.4}; a larger box comes nearer",
+        count - 1,
+        each * (count - 1) as f64
+    );
+    Some(document.warning(&key, &title, "rounded up to whole particles", &remedy))
 }
 
 #[cfg(test)]

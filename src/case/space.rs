@@ -10,6 +10,9 @@ use crate::particle::Particle;
 
 /// More cells than any machine of today holds.
 const MAX_CELLS: f64 = 1e12;
+/// Edge of a box (m), and the same over the diameter of the particles (-), from which the unit is asked for.
+const DOUBTFUL_EDGE: f64 = 1.0;
+const DOUBTFUL_DIAMETERS: f64 = 200.0;
 /// Fewest cells across a body with which the fluid resolves it.
 const THINNEST_CELLS: f64 = 4.0;
 
@@ -31,15 +34,26 @@ pub(super) fn domain(
         None => diameter / dry::cell(edges.map(|edge| unit * edge), &kinds.templates),
     };
     let dx = diameter / per_diameter;
+    let doubt = match &document.case.domain.size {
+        Size::Metres(edges) => doubtful_size(*edges, diameter),
+        Size::Relative(_) => None,
+    };
     // Without the detour by metres a box in diameters is free of rounding.
     let exact = edges.map(|edge| edge / relative * per_diameter);
     if exact.iter().map(|cells| cells.max(1.0)).product::<f64>() > MAX_CELLS {
         let title = format!("the box has more than {MAX_CELLS:e} cells");
-        let remedy = match lattice {
-            Some(_) => "take a smaller `domain.size` or fewer `lattice.cells_per_diameter`",
-            None => "take a smaller `domain.size` or larger particles",
-        };
-        return Err(document.error(key, &title, "too large", remedy));
+        let remedy = doubt.unwrap_or_else(|| match lattice {
+            Some(_) => "take a smaller `domain.size` or fewer `lattice.cells_per_diameter`".to_string(),
+            None => "take a smaller `domain.size` or larger particles".to_string(),
+        });
+        return Err(document.error(key, &title, "too large", &remedy));
+    }
+    if let Some(doubt) = doubt {
+        let [x, y, z] = edges;
+        let title = format!(
+            "the box is {x} x {y} x {z} m, more than {DOUBTFUL_DIAMETERS} diameters of its particles wide"
+        );
+        warnings.push(document.warning(key, &title, "in metres", &doubt));
     }
     let cells = exact.map(|cells| cells.round().max(1.0) as usize);
     let domain = Domain { periodic: document.case.domain.periodic, cells, dx };
@@ -53,16 +67,55 @@ pub(super) fn domain(
             "volume fractions are those of the rounded box; a `domain.size` in multiples of the cell is exact",
         ));
     }
-    refuse_what_is_too_large(document, kinds, &domain)?;
     if lattice.is_some() {
         warn_of_what_is_too_thin(document, kinds, dx, warnings);
     }
     Ok(domain)
 }
 
-/// A body may meet no image of itself, and must fit between walls.
-fn refuse_what_is_too_large(document: &Document, kinds: &Kinds, domain: &Domain) -> Result<()> {
+/// Asks for the unit of edges (m) that are very long for particles of this diameter (m).
+fn doubtful_size(edges: [f64; 3], diameter: f64) -> Option<String> {
+    let shortest = edges.iter().copied().fold(f64::INFINITY, f64::min);
+    let doubtful = shortest >= DOUBTFUL_EDGE && shortest > DOUBTFUL_DIAMETERS * diameter;
+    let [diameters, millimetres] =
+        ["", "e-3"].map(|unit| edges.map(|edge| format!("{edge}{unit}")).join(", "));
+    doubtful.then(|| {
+        format!(
+            "lengths are in metres: are diameters meant, size = {{ diameters = [{diameters}] }}, or millimetres, \
+             size = [{millimetres}]?"
+        )
+    })
+}
+
+/// An edge of the box that is a whole number of cells and at least `length` (m), with so many digits that it is still one.
+fn whole_cells(domain: &Domain, diameter: f64, length: f64) -> String {
+    let cells = (length / domain.dx).ceil();
+    let edge = if cells * domain.dx < length { cells + 1.0 } else { cells } * domain.dx;
+    let [metres, diameters] = [edge, edge / diameter].map(|edge| {
+        let text = format!("{edge:.10e}");
+        let (digits, exponent) = text.split_once('e').expect("a number in scientific notation");
+        let digits = digits.trim_end_matches('0').trim_end_matches('.');
+        if exponent == "0" { digits.to_string() } else { format!("{digits}e{exponent}") }
+    });
+    format!("{metres} m or {diameters} diameters")
+}
+
+/// A body may meet no image of itself, and must fit between walls. `reaches` (m) are those of the templates, grown for contacts; 0 of those
+/// without particles. The remedy has room for [two bodies](refuse_double_contacts) of the largest kind, if they touch each other.
+pub(super) fn refuse_what_is_too_large(
+    document: &Document,
+    kinds: &Kinds,
+    domain: &Domain,
+    reaches: &[f64],
+) -> Result<()> {
     let used = domain.size();
+    let widest = (kinds.templates.iter().zip(reaches))
+        .filter(|(_, reach)| **reach > 0.0)
+        .map(|(template, reach)| {
+            let touching = if document.case.contact.enabled { *reach } else { 0.0 };
+            4.0 * touching.max(template.shape.circumradius())
+        })
+        .fold(0.0, f64::max);
     for (index, kind) in kinds.sections.iter().enumerate() {
         let shape = format!("particles.{index}.shape");
         let unit = document.case.particles[index]
@@ -70,8 +123,9 @@ fn refuse_what_is_too_large(document: &Document, kinds: &Kinds, domain: &Domain)
             .doubtful_unit()
             .map_or(String::new(), |doubt| format!("; {doubt}"));
         let places = [(&*shape, "too large for"), ("domain.size", "this box")];
-        for template in &kinds.templates[kind.templates()] {
-            let (width, thickness) = (2.0 * template.shape.circumradius(), template.shape.thickness());
+        for template in kind.templates().filter(|template| reaches[*template] > 0.0) {
+            let shape = &kinds.templates[template].shape;
+            let (width, thickness) = (2.0 * shape.circumradius(), shape.thickness());
             for i in 0..3 {
                 let (edge, axis) = (used[i], ["x", "y", "z"][i]);
                 if domain.periodic[i] && width > 0.5 * edge * (1.0 + 1e-9) {
@@ -79,7 +133,10 @@ fn refuse_what_is_too_large(document: &Document, kinds: &Kinds, domain: &Domain)
                     let title = format!(
                         "a particle of {width} m is larger than half the box, {half:.6e} m in {axis}"
                     );
-                    let remedy = format!("the smallest edge must be at least {:.6e} m{unit}", 2.0 * width);
+                    let remedy = format!(
+                        "make periodic directions at least {} wide{unit}",
+                        whole_cells(domain, kinds.diameter, widest)
+                    );
                     return Err(document.error_at(&places, &title, &remedy));
                 }
                 if !domain.periodic[i] && thickness > edge * (1.0 + 1e-9) {
@@ -96,7 +153,8 @@ fn refuse_what_is_too_large(document: &Document, kinds: &Kinds, domain: &Domain)
 }
 
 fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warnings: &mut Vec<String>) {
-    for (index, kind) in kinds.sections.iter().enumerate() {
+    let sections = kinds.sections.iter().enumerate();
+    for (index, kind) in sections.filter(|(index, _)| document.case.particles[*index].count != Some(0)) {
         let templates = kinds.templates[kind.templates()].iter();
         let thinnest =
             templates.map(|template| template.shape.thickness() / dx).fold(f64::INFINITY, f64::min);
@@ -116,19 +174,29 @@ fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warning
 
 /// Refuses a box in which a pair could touch through two images: the engine sees only the nearest one.
 ///
-/// `reaches` (m) are those of the templates, grown for contacts.
+/// `reaches` (m) are those of the templates, grown for contacts; two bodies that are `held` by their prescribed motion exert no force on
+/// each other.
 pub(super) fn refuse_double_contacts(
     document: &Document,
     domain: &Domain,
-    reaches: &[f64],
-    particles: &[Particle],
+    (reaches, held): (&[f64], &[bool]),
+    (diameter, particles): (f64, &[Particle]),
 ) -> Result<()> {
-    let mut reaches: Vec<f64> = particles.iter().map(|p| reaches[p.template as usize]).collect();
-    reaches.sort_unstable_by(f64::total_cmp);
-    let [.., second, largest] = reaches[..] else {
+    let reach = |p: &Particle| reaches[p.template as usize];
+    let largest = |except: Option<usize>, free: bool| {
+        let others = particles
+            .iter()
+            .enumerate()
+            .filter(|(n, p)| Some(*n) != except && !(free && held[p.template as usize]));
+        others.map(|(n, p)| (n, reach(p))).max_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let Some((first, largest_free)) = largest(None, true) else {
         return Ok(());
     };
-    let (size, needed) = (domain.size(), 2.0 * (largest + second));
+    let Some((_, other)) = largest(Some(first), false) else {
+        return Ok(());
+    };
+    let (size, needed) = (domain.size(), 2.0 * (largest_free + other));
     let Some(i) = (0..3).find(|&i| domain.periodic[i] && size[i] < needed) else {
         return Ok(());
     };
@@ -137,8 +205,88 @@ pub(super) fn refuse_double_contacts(
         "the box is {edge:.6e} m wide in {axis}, where two particles could touch through two periodic images at once"
     );
     let remedy = format!(
-        "make it at least {needed:.6e} m wide: the largest reach {largest:.6e} m and {second:.6e} m from their centres, \
-         contact enlargement included"
+        "make periodic directions at least {} wide: two particles reach {largest_free:.6e} m and {other:.6e} m from their \
+         centres, contact enlargement included",
+        whole_cells(domain, diameter, needed)
     );
     Err(document.error("domain.size", &title, "too narrow", &remedy))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Setup, from_text};
+    use crate::error::{Error, Result};
+
+    fn load(options: &[&str]) -> Result<Setup> {
+        let text = "domain.size.diameters = [4, 4, 4]\n\
+                    fluid = { density = 1000, viscosity = 1e-6 }\n\
+                    lattice = { cells_per_diameter = 7, relaxation_time = 0.8 }\n\
+                    driving = { gravity = 0 }\n\
+                    run.end.steps = 1\n\
+                    [[particles]]\n\
+                    shape.sphere.diameter = 1.1e-3\n\
+                    density = 1000.0\n\
+                    count = 2\n";
+        let options: Vec<String> = options.iter().map(ToString::to_string).collect();
+        from_text(text, "box", &options)
+    }
+
+    /// The edges that a refusal names, in metres and in diameters.
+    fn suggested(options: &[&str]) -> [String; 2] {
+        let Err(Error::Case { remedy, .. }) = load(options) else { panic!("{options:?} is refused") };
+        let (_, rest) = remedy.split_once("at least ").unwrap_or_else(|| panic!("{remedy}"));
+        let words: Vec<&str> = rest.split(' ').collect();
+        assert_eq!([words[1], words[2], words[4]], ["m", "or", "diameters"], "{remedy}");
+        let (metres, diameters) = (words[0], words[3]);
+        [
+            format!("domain.size=[{metres}, {metres}, {metres}]"),
+            format!("domain.size={{ diameters = [{diameters}, {diameters}, {diameters}] }}"),
+        ]
+    }
+
+    #[test]
+    fn a_box_of_the_edge_that_a_refusal_names_is_taken_without_a_word() {
+        let capsule = "particles.0.shape={ capsule = { diameter = 0.7e-3, length = 1.9e-3 } }";
+        let sizes = "particles.0.sizes=[{ scale = 0.6, share = 1 }, { scale = 1.3, share = 1 }]";
+        let pair = "particles.0={ shape.sphere.diameter = 1.1e-3, density = 1000, \
+                    list = [[1e-4, 1e-4, 1e-4], [12e-4, 1e-4, 1e-4]] }";
+        for size in ["[0.2e-3, 3e-3, 3e-3]", "{ diameters = [2, 2, 2] }", "{ diameters = [1.9, 3, 3] }"] {
+            for change in [
+                "contact.enlargement=0.2",
+                "contact.enlargement=0.37",
+                "contact.enabled=false",
+                capsule,
+                sizes,
+                pair,
+            ] {
+                let given = format!("domain.size={size}");
+                if load(&[&given, change]).is_ok() {
+                    assert!(change.contains("enabled"), "{size} {change}");
+                    continue;
+                }
+                for edges in suggested(&[&given, change]) {
+                    let taken = load(&[&edges, change]).unwrap_or_else(|e| panic!("{edges}: {e}"));
+                    assert!(taken.provenance.warnings.is_empty(), "{edges}: {:?}", taken.provenance.warnings);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_kind_without_particles_needs_no_room_and_has_no_volume() {
+        let none = load(&["particles.0.count=0", "domain.size={ diameters = [1, 1, 1] }"]).unwrap();
+        assert!(none.volume_fraction == 0.0 && none.volume_fraction.is_sign_positive());
+        assert!(none.impacts().is_empty() && none.resting_depths().is_empty());
+    }
+
+    #[test]
+    fn large_obstacles_that_are_fixed_need_no_room_for_each_other() {
+        let rods = "particles=[{ shape.sphere.diameter = 1e-3, density = 2000, motion = \"fixed\", \
+                    list = [[0, 0, 0], [1e-3, 1e-3, 1e-3]] }, \
+                    { shape.sphere.diameter = 2e-4, density = 2000, list = [[0, 1e-3, 0]] }]";
+        load(&[rods, "domain.size=[2e-3, 2e-3, 2e-3]", "lattice.cells_per_diameter=20"]).unwrap();
+        let free = rods.replace("motion = \"fixed\", ", "");
+        let refused = load(&[&free, "domain.size=[2e-3, 2e-3, 2e-3]", "lattice.cells_per_diameter=20"]);
+        assert!(refused.unwrap_err().to_string().contains("two periodic images"));
+    }
 }

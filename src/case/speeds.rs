@@ -3,23 +3,25 @@
 //! ```text
 //! settling    u* of Schiller and Naumann; at most a t, and sqrt(2 a H) where walls bear the weight,
 //!             with a = g |s - 1| / (s + 1/2), the acceleration from rest against the added mass of a sphere
-//! driven flow a t; between walls at most a h^2 / (8 nu) in the middle of a slit of width h, a D^2 / (16 nu) in a pipe;
+//! driven flow a t; through bodies at rest that of [their drag](super::array); between walls at most a h^2 / (8 nu) in the middle of a slit of width h, a D^2 / (16 nu) in a pipe;
 //!             turbulent (Re = u h / nu above 3000) u_tau (2.5 ln(u_tau h / (2 nu)) + 5.5) with u_tau^2 = a h / 2
-//! impacts     at u*, the shear rate times D, prescribed speeds and those at the start; the shear rate is the difference of
-//!             the velocities of walls, or twice the velocity of the driven flow, over h
+//! impacts     of each kind that forces move, at its u*, the shear rate times D, prescribed speeds and the differences of those at the
+//!             start; the shear rate is the difference of the velocities of walls, or twice that of the driven flow, over h;
+//!             without a fluid after a fall through the box, and at the speed of walls
 //! ```
 //!
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
-use super::hertz::{Hertz, STEPS_PER_CONTACT};
+use super::array::FixedArray;
+use super::hertz::STEPS_PER_CONTACT;
 use super::scales::Reference;
 use super::{FluidSetup, Setup};
 use crate::math::Vec3;
 use crate::wall::{Surface, Wall};
 
-/// Steps that a contact should last where shear presses particles together: enough to be stable. Nothing depends on how they
-/// rebound: the viscosity of `cases/shear_cell.toml` is the same to 3e-6 with 10 and with 52 steps.
-const STEPS_IN_SHEAR: f64 = 10.0;
+/// Steps that a contact should last to be stable, where little depends on how bodies rebound: pressed together by shear (the viscosity of
+/// `cases/shear_cell.toml` is the same to 3e-6 with 10 and with 52 steps), or after the longest fall.
+const STABLE_STEPS: f64 = 10.0;
 
 /// Reynolds number of the gap from which a driven flow is taken as turbulent (-).
 const TURBULENT_REYNOLDS: f64 = 3000.0;
@@ -29,20 +31,33 @@ const TURBULENT_REYNOLDS: f64 = 3000.0;
 pub struct DrivenFlow {
     /// Largest velocity over the run (m/s).
     pub speed: f64,
-    /// Smallest distance of walls across the flow (m); the diameter of the particles where there are none.
+    /// Smallest distance of walls across the flow (m); the diameter of the particles where these bound it, or nothing does.
     pub length: f64,
-    /// Walls hold the flow back.
-    pub between_walls: bool,
+    /// What holds the flow back.
+    pub bound: Bound,
 }
 
-/// The usual impact of two particles that most needs short steps.
+/// What bounds a driven flow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// The end of the run alone.
+    Run,
+    /// The walls of the box.
+    Walls,
+    /// Bodies at rest all over the box.
+    Bodies,
+}
+
+/// An impact of two particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Impact {
+    /// Template of the particles that meet, as two spheres of their volume.
+    pub template: usize,
     /// Relative speed (m/s).
     pub speed: f64,
     /// What makes them meet.
     pub cause: &'static str,
-    /// Steps of the particles that it lasts, as one of two spheres of the first kind.
+    /// Steps of the particles that it lasts.
     pub steps: f64,
     /// Steps that it should last.
     pub needed: f64,
@@ -53,27 +68,35 @@ impl Impact {
     pub fn substeps(&self, given: u32) -> f64 {
         (f64::from(given) * self.needed / self.steps).ceil()
     }
+
+    /// Steps that it lasts over those that it should last (-).
+    pub fn resolved(&self) -> f64 {
+        self.steps / self.needed
+    }
 }
 
 impl Setup {
     /// The flow that the body acceleration drives, if there is one.
     pub fn driven_flow(&self) -> Option<DrivenFlow> {
         let fluid = self.fluid.as_ref()?;
-        let mut flow = DrivenFlow { speed: 0.0, length: f64::INFINITY, between_walls: false };
-        for axis in (0..3).filter(|&i| self.domain.periodic[i] && fluid.body_acceleration[i] != 0.0) {
+        let drives = |&axis: &usize| self.domain.periodic[axis] && fluid.body_acceleration[axis] != 0.0;
+        let array = if (0..3).any(|axis| drives(&axis)) { FixedArray::of(self) } else { None };
+        let mut flow = DrivenFlow { speed: 0.0, length: self.diameter, bound: Bound::Run };
+        for axis in (0..3).filter(drives) {
             let acceleration = fluid.body_acceleration[axis].abs();
             let width = self.width_across(axis);
-            let steady = steady_speed(acceleration, width, fluid.viscosity);
-            let speed = steady.min(acceleration * self.end_time());
+            let between_walls = steady_speed(acceleration, width, fluid.viscosity);
+            let among_bodies =
+                array.map_or(f64::INFINITY, |array| array.largest_speed(acceleration, fluid.viscosity));
+            let speed = between_walls.min(among_bodies).min(acceleration * self.end_time());
             if speed > flow.speed {
-                flow.length = width;
+                (flow.length, flow.bound) = match array {
+                    Some(array) if among_bodies < between_walls => (array.diameter, Bound::Bodies),
+                    _ if width.is_finite() => (width, Bound::Walls),
+                    _ => (self.diameter, Bound::Run),
+                };
             }
             flow.speed = libm::hypot(flow.speed, speed);
-        }
-        if flow.length.is_infinite() {
-            flow.length = self.diameter;
-        } else {
-            flow.between_walls = true;
         }
         (flow.speed > 0.0).then_some(flow)
     }
@@ -90,26 +113,89 @@ impl Setup {
         widths.fold(f64::INFINITY, f64::min)
     }
 
-    /// The usual impact in a fluid that most needs short steps; none without contacts, or where nothing moves.
+    /// The usual impact that most needs short steps; none without contacts, or where nothing moves or meets.
     pub fn impact(&self) -> Option<Impact> {
-        let (fluid, contact, template) =
-            (self.fluid.as_ref()?, self.contact.as_ref()?, self.templates.first()?);
-        let hertz = Hertz::new(template, &contact.materials[template.material]);
-        let flow = |at| fluid.start.map_or(Vec3::zeros(), |flow| flow.velocity(at));
-        let started = self.particles.iter().map(|p| (p.velocity() - flow(p.position())).norm());
+        self.impacts().into_iter().min_by(|a, b| a.resolved().total_cmp(&b.resolved()))
+    }
+
+    /// The usual impacts of each kind of particle that forces move.
+    pub fn impacts(&self) -> Vec<Impact> {
+        let movable = self.movable();
+        if self.contact.is_none() || movable.is_empty() {
+            return Vec::new();
+        }
         let prescribed = (0..self.templates.len()).map(|template| self.prescribed_speed(template));
         let sheared = if self.particles.len() > 1 { self.shear_rate() * self.diameter } else { 0.0 };
-        let impacts = [
-            (fluid.scales.schiller_naumann_velocity, "u*", STEPS_PER_CONTACT),
+        let of_all = [
             (prescribed.fold(0.0, f64::max), "the prescribed speed", STEPS_PER_CONTACT),
-            (started.fold(0.0, f64::max), "the speed at the start", STEPS_PER_CONTACT),
-            (sheared, "shear rate times D", STEPS_IN_SHEAR),
+            (self.starting_speed(), "the speed at the start", STEPS_PER_CONTACT),
+            (sheared, "shear rate times D", STABLE_STEPS),
+            (self.dry_wall_speed(), "the speed of a wall", STEPS_PER_CONTACT),
         ];
-        let impacts = impacts.into_iter().filter(|&(speed, ..)| speed > 0.0).map(|(speed, cause, needed)| {
-            let steps = hertz.duration(speed) / self.time_step * f64::from(self.substeps);
-            Impact { speed, cause, steps, needed }
+        let of_each = movable.into_iter().flat_map(|template| {
+            let falls = self.falls(template);
+            let own = match &self.fluid {
+                Some(fluid) => (self.terminal_speed(fluid, template), "u*", STEPS_PER_CONTACT),
+                None => (self.fall_speed(), "the speed of a fall through the box", STABLE_STEPS),
+            };
+            of_all.into_iter().chain(falls.then_some(own)).map(move |impact| (template, impact))
         });
-        impacts.min_by(|a, b| (a.steps / a.needed).total_cmp(&(b.steps / b.needed)))
+        let moves = of_each.filter(|(_, (speed, ..))| *speed > 0.0);
+        let impacts = moves.filter_map(|(template, (speed, cause, needed))| {
+            let steps = self.hertz(template)?.duration(speed) / self.time_step * f64::from(self.substeps);
+            Some(Impact { template, speed, cause, steps, needed })
+        });
+        impacts.collect()
+    }
+
+    /// Templates, ascending, whose particles forces or torques move.
+    pub fn movable(&self) -> Vec<usize> {
+        let mut present: Vec<usize> = self.particles.iter().map(|p| p.template as usize).collect();
+        present.sort_unstable();
+        present.dedup();
+        present.retain(|&template| !self.motions[template].is_complete());
+        present
+    }
+
+    /// True if gravity moves the particles of a template.
+    pub(super) fn falls(&self, template: usize) -> bool {
+        (0..3).any(|axis| self.motions[template].free[axis] && self.gravity[axis] != 0.0)
+    }
+
+    /// Bound (m/s) of the difference of the velocities of surfaces at the start, beside that of the flow.
+    fn starting_speed(&self) -> f64 {
+        let flow = self.fluid.as_ref().and_then(|fluid| fluid.start);
+        // Walls are at rest.
+        let rest = (!self.walls.is_empty()).then_some(Vec3::zeros());
+        let (mut low, mut high) = (rest, rest);
+        let mut rim = 0.0_f64;
+        for particle in &self.particles {
+            let velocity =
+                particle.velocity() - flow.map_or(Vec3::zeros(), |flow| flow.velocity(particle.position()));
+            low = Some(low.map_or(velocity, |low| low.inf(&velocity)));
+            high = Some(high.map_or(velocity, |high| high.sup(&velocity)));
+            let shape = &self.templates[particle.template as usize].shape;
+            let spin =
+                particle.angular_velocity() - flow.map_or(Vec3::zeros(), |flow| flow.angular_velocity());
+            // The surface of a sphere moves along itself.
+            if shape.as_sphere().is_none() {
+                rim = rim.max(spin.norm() * shape.circumradius());
+            }
+        }
+        low.zip(high).map_or(0.0, |(low, high)| (high - low).norm() + rim)
+    }
+
+    /// Speed (m/s) at which walls of a run without a fluid come nearer at most; with one they slide along themselves.
+    fn dry_wall_speed(&self) -> f64 {
+        let size = self.domain.size();
+        let walls = self.walls.iter().filter(|_| self.fluid.is_none());
+        walls.map(|wall| approach_speed(wall, &size)).fold(0.0, f64::max)
+    }
+
+    /// Speed (m/s) after a fall through the box, or over the whole run.
+    fn fall_speed(&self) -> f64 {
+        let drop = self.gravity.abs().dot(&self.domain.size());
+        (2.0 * drop).sqrt().min(self.gravity.norm() * self.end_time())
     }
 
     /// Shear rate (1/s) that moving walls or a driven flow between walls make at most, in the mean over the gap.
@@ -132,7 +218,7 @@ impl Setup {
                 .chain(alone)
         });
         let driven =
-            self.driven_flow().filter(|flow| flow.between_walls).map_or(0.0, |flow| 2.0 * flow.speed);
+            self.driven_flow().filter(|flow| flow.bound == Bound::Walls).map_or(0.0, |flow| 2.0 * flow.speed);
         differences.fold(driven, f64::max) / width
     }
 
@@ -141,16 +227,20 @@ impl Setup {
         self.motions[template].largest_speed(self.templates[template].shape.circumradius())
     }
 
-    /// Largest speed (m/s) that particles of a template reach as they settle.
-    pub(super) fn settling_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
+    /// Terminal velocity (m/s) of one particle of a template, by Schiller and Naumann.
+    fn terminal_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
         let template = &self.templates[template];
-        let density_ratio = template.density / fluid.density;
         let reference = Reference {
             diameter: template.shape.equivalent_diameter(),
-            density_ratio,
+            density_ratio: template.density / fluid.density,
             gravity: self.gravity.norm(),
         };
-        let terminal = reference.scales(fluid.viscosity).schiller_naumann_velocity;
+        reference.scales(fluid.viscosity).schiller_naumann_velocity
+    }
+
+    /// Largest speed (m/s) that particles of a template reach as they settle.
+    pub(super) fn settling_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
+        let density_ratio = self.templates[template].density / fluid.density;
         let from_rest = (density_ratio - 1.0).abs() / (density_ratio + 0.5);
         // Gravity times the way along it.
         let drop: f64 = (0..3)
@@ -160,7 +250,9 @@ impl Setup {
                 self.gravity[i].abs() * way
             })
             .sum();
-        terminal.min(from_rest * self.gravity.norm() * self.end_time()).min((2.0 * from_rest * drop).sqrt())
+        (self.terminal_speed(fluid, template))
+            .min(from_rest * self.gravity.norm() * self.end_time())
+            .min((2.0 * from_rest * drop).sqrt())
     }
 }
 
@@ -174,35 +266,49 @@ fn steady_speed(acceleration: f64, width: f64, viscosity: f64) -> f64 {
     friction * (2.5 * libm::log(0.5 * friction * width / viscosity) + 5.5)
 }
 
-/// Largest speed of a wall (m/s) in a box of edges `size`: of a plane that turns, half the diagonal of the box along it from its
-/// pivot.
+/// Largest speed of a wall (m/s) in a box of edges `size`.
 pub(super) fn wall_speed(wall: &Wall, size: &Vec3) -> f64 {
-    let arm = match wall.surface {
+    wall.motion.velocity.norm() + wall.motion.angular_velocity.norm() * arm(wall, size)
+}
+
+/// Largest speed (m/s) of a wall across itself.
+fn approach_speed(wall: &Wall, size: &Vec3) -> f64 {
+    let (velocity, turn) = (wall.motion.velocity, wall.motion.angular_velocity);
+    let (across, axis) = match wall.surface {
+        Surface::Plane { normal, .. } => (velocity.dot(&normal).abs(), normal),
+        Surface::Cylinder { axis, .. } => (velocity.cross(&axis).norm(), axis),
+    };
+    across + turn.cross(&axis).norm() * arm(wall, size)
+}
+
+/// Length (m) by which a wall that turns moves: of a plane half the diagonal of the box along it from its pivot.
+fn arm(wall: &Wall, size: &Vec3) -> f64 {
+    match wall.surface {
         Surface::Plane { normal, .. } => {
             let across = size.dot(&normal.abs());
             0.5 * (size.norm_squared() - across * across).max(0.0).sqrt()
         }
         Surface::Cylinder { radius, .. } => radius,
-    };
-    wall.motion.velocity.norm() + wall.motion.angular_velocity.norm() * arm
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::case::{Setup, from_text};
+    use crate::case::{Bound, Setup, from_text};
+
+    const TEXT: &str = "domain = { size = [2e-3, 1e-3, 1e-3], periodic = [true, true, false] }\n\
+                        fluid = { density = 1000, viscosity = 1e-6 }\n\
+                        lattice = { cells_per_diameter = 4, relaxation_time = 0.8 }\n\
+                        driving = { gravity = 0, body_acceleration = [4e-2, 0, 3.0] }\n\
+                        run.end.time = 10\n\
+                        [[particles]]\n\
+                        shape.sphere.diameter = 2e-4\n\
+                        density = 500.0\n\
+                        list = [[1e-3, 5e-4, 5e-4]]\n";
 
     fn setup(options: &[&str]) -> Setup {
-        let text = "domain = { size = [2e-3, 1e-3, 1e-3], periodic = [true, true, false] }\n\
-                    fluid = { density = 1000, viscosity = 1e-6 }\n\
-                    lattice = { cells_per_diameter = 4, relaxation_time = 0.8 }\n\
-                    driving = { gravity = 0, body_acceleration = [4e-2, 0, 3.0] }\n\
-                    run.end.time = 10\n\
-                    [[particles]]\n\
-                    shape.sphere.diameter = 2e-4\n\
-                    density = 500.0\n\
-                    list = [[1e-3, 5e-4, 5e-4]]\n";
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
-        from_text(text, "slit", &options).unwrap_or_else(|e| panic!("{e}"))
+        from_text(TEXT, "slit", &options).unwrap_or_else(|e| panic!("{e}"))
     }
 
     fn close(a: f64, b: f64) {
@@ -214,11 +320,11 @@ mod tests {
         let flow = |options: &[&str]| setup(options).driven_flow().unwrap();
         let slit = flow(&[]);
         close(slit.speed, 4e-2 * 1e-6 / 8e-6);
-        assert!(slit.between_walls && (slit.length - 1e-3).abs() < 1e-12);
+        assert!(slit.bound == Bound::Walls && (slit.length - 1e-3).abs() < 1e-12);
         close(flow(&["run.end.time=0.01"]).speed, 4e-4);
         let open = flow(&["domain.periodic=[true, true, true]", "driving.body_acceleration=[0, 0, 1e-3]"]);
         close(open.speed, 1e-2);
-        assert!(!open.between_walls && (open.length - 2e-4).abs() < 1e-12);
+        assert!(open.bound == Bound::Run && (open.length - 2e-4).abs() < 1e-12);
         let pipe =
             "walls=[{ name = \"p\", pipe = { point = [0, 5e-4, 5e-4], axis = [1, 0, 0], diameter = 8e-4 } }]";
         close(flow(&[pipe]).speed, 4e-2 * 64e-8 / 16e-6);
@@ -253,6 +359,72 @@ mod tests {
         let started = setup(&[at_rest, plates, thrown]).impact().unwrap();
         assert_eq!((started.speed, started.cause), (1e-3, "the speed at the start"));
         assert_eq!(impact(&[at_rest, "driving.gravity=1e-3"]).unwrap().cause, "u*");
+    }
+
+    #[test]
+    fn a_flow_through_fixed_bodies_is_bounded_by_their_drag_and_not_refused_for_what_it_would_be_without() {
+        // Without drag 0.01 m/s, 0.5 cells per step.
+        let free = ["domain.periodic=[true, true, true]", "driving.body_acceleration=[0, 0, 1e-3]"];
+        let random = "particles.0={ shape.sphere.diameter = 2e-4, density = 500, volume_fraction = 0.2, motion = \"fixed\" }";
+        let bounded = setup(&[&free[..], &[random]].concat());
+        let flow = bounded.driven_flow().unwrap();
+        assert!(flow.bound == Bound::Bodies && flow.speed < 3e-5, "{flow:?}");
+        let options = [&free[..], &[random, "driving.body_acceleration=[0, 0, 0.1]"]].concat();
+        let warnings = setup(&options).provenance.warnings;
+        assert!(!warnings.iter().any(|warning| warning.contains("cells per time step")), "{warnings:?}");
+        let text = TEXT.replace("list = [[1e-3, 5e-4, 5e-4]]", "count = 20");
+        let options =
+            ["domain.periodic=[true, true, true]", "driving.body_acceleration=[0, 0, 0.1]"].map(String::from);
+        let refused = from_text(&text, "free", &options).unwrap_err().to_string();
+        assert!(refused.contains("cells per time step"), "{refused}");
+    }
+
+    #[test]
+    fn what_no_force_moves_has_no_contacts_and_a_body_that_moves_meets_what_is_fixed() {
+        let fixed = "particles.0.motion=fixed";
+        let pair = "particles.0.list=[[1e-3, 5e-4, 5e-4], [5e-4, 5e-4, 5e-4]]";
+        assert_eq!(setup(&[fixed, pair, "driving.gravity=9.81"]).impact(), None);
+        assert!(setup(&[fixed, pair, "driving.gravity=9.81"]).resting_depths().is_empty());
+        let sideways = "particles.0.motion={ free = [\"x\"] }";
+        let held = setup(&[sideways, pair, "driving.gravity=1e-3", "driving.body_acceleration=[0, 0, 0]"]);
+        assert_eq!((held.impact(), held.resting_depths()), (None, Vec::new()), "gravity is along z");
+    }
+
+    #[test]
+    fn the_smallest_particles_have_the_shortest_contacts() {
+        let sizes = "particles=[{ shape.sphere.diameter = 2e-4, density = 2000, list = [[1e-3, 5e-4, 5e-4]] }, \
+                     { shape.sphere.diameter = 1e-4, density = 2000, list = [[5e-4, 5e-4, 5e-4]] }]";
+        let thrown = sizes.replace(
+            "list = [[1e-3, 5e-4, 5e-4]]",
+            "list = [{ position = [1e-3, 5e-4, 5e-4], velocity = [1e-3, 0, 0] }]",
+        );
+        let impact =
+            setup(&[&thrown, "driving.gravity=0", "driving.body_acceleration=[0, 0, 0]"]).impact().unwrap();
+        assert_eq!((impact.template, impact.cause), (1, "the speed at the start"));
+    }
+
+    #[test]
+    fn without_a_fluid_the_speeds_at_the_start_of_walls_and_of_a_fall_count() {
+        let dry = |options: &[&str]| {
+            let text = "domain = { size = [2e-3, 1e-3, 1e-3], periodic = [true, true, false] }\n\
+                        dry.time_step = 1e-6\nrun.end.time = 1\ndriving.gravity = 0\n\
+                        [[particles]]\nshape.sphere.diameter = 2e-4\ndensity = 500.0\n\
+                        list = [[1e-3, 5e-4, 5e-4]]\n";
+            let options: Vec<String> = options.iter().map(ToString::to_string).collect();
+            from_text(text, "dry", &options).unwrap_or_else(|e| panic!("{e}")).impact()
+        };
+        assert_eq!(dry(&[]), None);
+        let thrown = "particles.0.list=[{ position = [1e-3, 5e-4, 5e-4], velocity = [0, 0, 2] }]";
+        let started = dry(&[thrown]).unwrap();
+        assert_eq!((started.speed, started.cause), (2.0, "the speed at the start"));
+        let opposite = "particles.0.list=[{ position = [1e-3, 5e-4, 5e-4], velocity = [0, 0, 2] }, \
+                        { position = [1e-3, 5e-4, 8e-4], velocity = [0, 0, -2] }]";
+        close(dry(&[opposite]).unwrap().speed, 4.0);
+        let piston = dry(&["domain.faces={ \"z+\" = { velocity = [5, 0, -3] } }"]).unwrap();
+        assert_eq!((piston.speed, piston.cause), (3.0, "the speed of a wall"));
+        let fall = dry(&["driving.gravity=10"]).unwrap();
+        close(fall.speed, (2.0 * 10.0 * 1e-3_f64).sqrt());
+        assert_eq!(fall.cause, "the speed of a fall through the box");
     }
 
     #[test]

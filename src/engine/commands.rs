@@ -124,7 +124,7 @@ pub fn accept(command: &str) -> Result<String, Refusal> {
     let plain = |c: char| c.is_ascii_alphanumeric() || " _.:/+-".contains(c);
     if let Some(other) = code.chars().find(|&c| !plain(c)) {
         return refuse(
-            format!("has the character {other:?}, which no command that turbid passes on has"),
+            format!("has the character '{}', which no command that turbid passes on has", shown(other)),
             "refused".into(),
             format!("write out names and numbers, without quotes and variables; {}", known()),
         );
@@ -247,6 +247,11 @@ fn is_number(word: &str) -> bool {
 
 fn is_count(word: &str, most: u32) -> bool {
     word.chars().all(|c| c.is_ascii_digit()) && word.parse().is_ok_and(|n: u32| (1..=most).contains(&n))
+}
+
+/// A character as it can be printed.
+fn shown(character: char) -> String {
+    if character.is_control() { character.escape_default().to_string() } else { character.to_string() }
 }
 
 #[cfg(test)]

@@ -243,9 +243,14 @@ impl SeriesTable {
     /// Reads the file; a last row that was not written to its end is left out. Errors: [`Error::Io`] if it cannot be read;
     /// [`Error::Input`] with line and column of what is not a number.
     pub fn read(path: &Path) -> Result<Self> {
-        let broken = |error: csv::Error| match error.into_kind() {
-            csv::ErrorKind::Io(source) => Error::io("read", path, source),
-            other => Error::Input(format!("{}: {other:?}", path.display())),
+        let broken = |error: csv::Error| {
+            let (shown, text) = (path.display(), error.to_string());
+            let line = error.position().map_or(String::new(), |at| format!(":{}", at.line()));
+            match error.into_kind() {
+                csv::ErrorKind::Io(source) => Error::io("read", path, source),
+                csv::ErrorKind::Utf8 { .. } => Error::Input(format!("{shown}{line}: not UTF-8 text")),
+                _ => Error::Input(format!("{shown}: {text}")),
+            }
         };
         let bytes =
             input::read_unlinked(path, input::TABLE).map_err(|source| Error::io("read", path, source))?;
@@ -404,6 +409,15 @@ mod tests {
         assert!(value("wall_force_x").is_nan() && value("contact_stress_yz").is_nan());
         assert_eq!(value("max_mach").to_bits(), 0.25_f64.to_bits());
         assert!(super::tests::read("a,b\n1,2\n3,").unwrap().get("a").unwrap() == [1.0], "torn");
+    }
+
+    #[test]
+    fn a_table_that_is_no_text_is_named_with_its_line() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path().join("series.csv");
+        std::fs::write(&path, b"step (-),time (s)\n1,2\n3,\xff\n").unwrap();
+        let said = SeriesTable::read(&path).unwrap_err().to_string();
+        assert!(said.ends_with("series.csv:3: not UTF-8 text"), "{said}");
     }
 
     #[test]

@@ -10,7 +10,8 @@ use std::path::Path;
 
 /// Keys of a [`Summary`] and of its [`ReferenceScales`] whose values are numbers or `null`.
 pub const NUMBERS: &str = "settling_velocity_over_stokes settling_velocity_over_schiller_naumann standard_error drift \
-    averaged_over_distance transient_end settled_mean settled_standard_error resumed_from particles volume_fraction cells steps \
+    averaged_over_distance transient_end settled_mean settled_standard_error resumed_from particles volume_fraction \
+    requested_volume_fraction cells steps \
     dx time_step relaxation_time mlups wall_seconds ranks threads mach relative_viscosity \
     relative_viscosity_standard_error shear_rate shear_strain shear_reynolds superficial_velocity \
     superficial_velocity_standard_error drag drag_standard_error drag_over_stokes drag_over_stokes_standard_error \
@@ -58,6 +59,8 @@ pub struct Summary {
     /// Volume of the particles over that of the box (-).
     #[serde(deserialize_with = "or_nan")]
     pub volume_fraction: f64,
+    /// Volume fraction as the case asks for it, before numbers of particles were rounded up to whole ones (-).
+    pub requested_volume_fraction: Option<f64>,
     /// Reference velocities and dimensionless numbers.
     pub scales: ReferenceScales,
     /// Number of cells of the fluid; 0 without a fluid.
@@ -260,6 +263,7 @@ mod tests {
             averaged_over_time: Some([0.25, 0.75]),
             particles: 3,
             volume_fraction: 0.2,
+            requested_volume_fraction: Some(0.19),
             scales: ReferenceScales {
                 diameter: 1.5e-3,
                 viscosity: 8.7e-6,

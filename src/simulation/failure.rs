@@ -1,6 +1,6 @@
 //! A failure of one rank, as the others get it.
 
-use crate::case::Setup;
+use crate::case::{Impact, Setup};
 use crate::error::Error;
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Accelerations and velocities that drive a case, and the remedy, for the message of a divergence.
 pub(super) fn hint(setup: &Setup) -> String {
     let fluid = setup.fluid.as_ref();
-    let vector = |a: Vec3| format!("{:?} m/s^2", <[f64; 3]>::from(a));
+    let vector = |a: Vec3| format!("[{}, {}, {}] m/s^2", a.x, a.y, a.z);
     let lattice = |name: &str, speed: f64| {
         let cells = speed / setup.units().velocity();
         if fluid.is_some() && cells > 0.0 {
@@ -42,7 +42,8 @@ pub(super) fn hint(setup: &Setup) -> String {
         drives.push("nothing but contacts".to_string());
     }
     let drives = drives.join(", ");
-    let unresolved = setup.impact().filter(|impact| impact.steps < impact.needed);
+    let is_mended = |impact: &Impact| impact.resolved() < 1.0 && impact.substeps(setup.substeps).is_finite();
+    let unresolved = setup.impact().filter(is_mended);
     let contacts = unresolved.map_or_else(String::new, |impact| {
         format!(
             "; an impact at {} lasts {:.1} steps of the particles: contact.substeps = {:.0} resolves it",
@@ -53,7 +54,7 @@ pub(super) fn hint(setup: &Setup) -> String {
     });
     match setup.too_light() {
         Some(light) => format!("; {light}; driven by {drives}{contacts}"),
-        None if fluid.is_none() => format!("; driven by {drives}"),
+        None if fluid.is_none() => format!("; driven by {drives}{contacts}"),
         None => format!(
             "; driven by {drives}: a smaller time step (relaxation time) lowers all velocities on the lattice{contacts}"
         ),

@@ -229,7 +229,8 @@ fn is_sound(mean: &MeanFlow, units: &Units) -> Result<()> {
         return Ok(());
     }
     Err(Error::Input(format!(
-        "the mean velocity, solid fraction or energy of the flow in the common state is that of no run: {mean:?}"
+        "the mean velocity, solid fraction or energy of the flow in the common state is that of no run: {u}, {v}, {w}, {}, {}",
+        mean.solid_fraction, mean.kinetic_energy
     )))
 }
 

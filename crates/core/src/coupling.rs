@@ -438,6 +438,8 @@ mod contact_tests;
 #[cfg(all(test, feature = "gpu"))]
 mod device_tests;
 #[cfg(test)]
+mod overlap_tests;
+#[cfg(test)]
 mod shape_tests;
 #[cfg(test)]
 mod stresslet_tests;

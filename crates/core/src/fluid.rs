@@ -173,7 +173,8 @@ impl<S: Population> Fluid<S> {
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let order = RowOrder::new(decomposition, comm.rank());
         let arrays = (|| {
-            let what = format!("the populations of a block of {:?} cells", block.size());
+            let [x, y, z] = block.size();
+            let what = format!("the populations of a block of {x} x {y} x {z} cells");
             let bytes = block.size().map(|n| n as f64).iter().product::<f64>() * Self::SAVED_BYTES as f64;
             let layout = Layout::new(block.size(), size_of::<S>());
             let layout = layout.ok_or_else(|| memory::refused(bytes, &what))?;

@@ -333,6 +333,7 @@ pub(crate) fn read_contacts(
     for (n, contact) in contacts.iter().enumerate() {
         let &MeasuredContact { contact: ContactForce { first, second, force }, overlap } = contact;
         let fault = |text: String| Err(format!("message `contacts`: {text}"));
+        let listed = |[x, y, z]: [f64; 3]| format!("[{x}, {y}, {z}]");
         if !known(first) {
             return fault(format!("field `first` of record {n}: there is no particle {first}"));
         }
@@ -344,7 +345,7 @@ pub(crate) fn read_contacts(
             return fault(format!("field `second` of record {n}: {second} is not above `first`, {first}"));
         }
         if force.iter().any(|value| !value.is_finite()) {
-            return fault(format!("field `force` of record {n}: {force:?} is not finite"));
+            return fault(format!("field `force` of record {n}: {} is not finite", listed(force)));
         }
         let largest = force.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
         if largest > strongest {
@@ -354,7 +355,10 @@ pub(crate) fn read_contacts(
             return fault(format!("field `volume` of record {n}: {} is no volume", overlap.volume));
         }
         if overlap.centroid.iter().any(|value| !value.is_finite()) {
-            return fault(format!("field `centroid` of record {n}: {:?} is not finite", overlap.centroid));
+            return fault(format!(
+                "field `centroid` of record {n}: {} is not finite",
+                listed(overlap.centroid)
+            ));
         }
         if !pairs.insert((first, second)) {
             return fault(format!("record {n}: the contact of {first} with {second} for the second time"));

@@ -29,7 +29,7 @@ pub struct ParticleSection {
     /// "free", "fixed", or prescribed velocities, `{ velocity = [...], angular_velocity = [...], free = [...] }`. `series.csv` has
     /// the force and torque on the fixed and prescribed bodies of a section. Default "free".
     pub motion: Option<MotionSection>,
-    /// Solid volume over volume of the box (-), at most 0.45: random positions and orientations.
+    /// Solid volume over volume of the box (-), at most 0.45, rounded up to whole particles: random positions and orientations.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.45))]
     pub volume_fraction: Option<f64>,
     /// Number of particles: random positions and orientations.
@@ -46,7 +46,8 @@ pub struct ParticleSection {
     pub columns: BTreeMap<String, String>,
     /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
     pub list: Option<Vec<Entry>>,
-    /// Sizes of random particles, or of those in a file with a column `diameter` or `radius`, as factors on all lengths: `{ uniform = [0.8, 1.2], steps = 5 }`, or
+    /// Sizes of random particles, or of those in a file with a column `diameter` or `radius`, as factors (not lengths) on all lengths:
+    /// `{ uniform = [0.8, 1.2], steps = 5 }`, or
     /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
     pub sizes: Option<Sizes>,
     /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
@@ -56,7 +57,8 @@ pub struct ParticleSection {
     /// default 0.
     #[schemars(transform = non_negative)]
     pub minimum_gap: Option<f64>,
-    /// Listed particles, or those of a file, that overlap each other or a wall. Default "refuse".
+    /// Listed particles, or those of a file, that overlap each other or a wall. Bodies that are fixed, or whose whole motion is
+    /// prescribed, may. Default "refuse".
     pub overlaps: Option<Overlaps>,
     /// Furthest that `overlaps = "relax"` may move any point of a particle: a length in m, or `{ diameters = 0.2 }`, diameters of
     /// the sphere of equal volume. Default `{ diameters = 0.5 }`.

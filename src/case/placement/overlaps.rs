@@ -1,8 +1,6 @@
 //! Particles that overlap each other or a wall at the start.
 
 use super::{Placed, Placer};
-use crate::case::file::{MotionSection, NamedMotion};
-use crate::case::kinds::Kind;
 use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -46,22 +44,27 @@ impl Overlaps {
 }
 
 impl Placer<'_> {
-    /// Refuses particles that overlap each other or a wall, or miss the gap that relaxed ones keep.
-    pub(super) fn refuse_overlaps(&self, placed: &[Placed]) -> Result<()> {
+    /// Refuses particles that overlap each other or a wall, or miss the gap that relaxed ones keep. Bodies whose whole motion is prescribed
+    /// may overlap; returns true if they do.
+    pub(super) fn refuse_overlaps(&self, placed: &[Placed]) -> Result<bool> {
         if placed.is_empty() {
-            return Ok(());
+            return Ok(false);
         }
         let contours = self.relaxed_contours();
-        self.refuse_pairs(placed, &contours)?;
-        self.refuse_in_walls(placed, &contours)
+        let pairs = self.refuse_pairs(placed, &contours)?;
+        Ok(self.refuse_in_walls(placed, &contours)? || pairs)
     }
 
-    fn refuse_pairs(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
+    fn is_held(&self, placed: &Placed) -> bool {
+        self.held[placed.particle.template as usize]
+    }
+
+    fn refuse_pairs(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<bool> {
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
         let grown = |i: usize| &contours[placed[i].particle.template as usize];
         let radius = |i: usize| grown(i).shape.circumradius() + grown(i).enlargement;
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
-        let (mut first, mut overlaps) = (None, Overlaps::default());
+        let (mut first, mut overlaps, mut held) = (None, Overlaps::default(), false);
         for [a, b] in self.near(&positions, &reaches) {
             let direct = positions[b] - positions[a];
             let offset = self.domain.nearest_image(direct);
@@ -70,6 +73,10 @@ impl Placer<'_> {
             let spheres = are_spheres(&bodies);
             let depth = depth_of(&bodies, offset);
             if depth <= most {
+                continue;
+            }
+            if self.is_held(&placed[a]) && self.is_held(&placed[b]) {
+                held = true;
                 continue;
             }
             first.get_or_insert((a, b));
@@ -90,7 +97,7 @@ impl Placer<'_> {
             });
         }
         let Some((a, b)) = first else {
-            return Ok(());
+            return Ok(held);
         };
         let pairs = if overlaps.count == 1 { "pair" } else { "pairs" };
         let title = format!("{} {pairs} of particles overlap at the start", overlaps.count);
@@ -112,12 +119,7 @@ impl Placer<'_> {
         let reaches: Vec<f64> = bodies.iter().map(|body| body.grown.shape.circumradius() + gap).collect();
         let pairs = if gap > 0.0 { self.near(&positions, &reaches) } else { Vec::new() };
         // Two bodies whose whole motion is prescribed exert no force on each other.
-        let moves = |i: usize| {
-            let is_of = |kind: &Kind| kind.templates().contains(&(placed[i].particle.template as usize));
-            let index = self.kinds.sections.iter().position(is_of);
-            let motion = index.and_then(|index| self.document.case.particles[index].motion.as_ref());
-            !matches!(motion, Some(MotionSection::Named(NamedMotion::Fixed)))
-        };
+        let moves = |i: usize| !self.is_held(&placed[i]);
         let depths = pairs.into_iter().filter(|&[a, b]| moves(a) || moves(b)).map(|[a, b]| {
             let offset = self.domain.nearest_image(positions[b] - positions[a]);
             depth_of(&[bodies[a], bodies[b]], offset)
@@ -142,14 +144,19 @@ impl Placer<'_> {
         finder.find(positions, radii).iter().map(|pair| pair.map(|i| i as usize)).collect()
     }
 
-    fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<()> {
-        let (mut first, mut overlaps, mut deepest) = (None, Overlaps::default(), 0.0);
+    fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<bool> {
+        let (mut first, mut overlaps, mut deepest, mut held) = (None, Overlaps::default(), 0.0, false);
         for p in placed {
             let body = body(contours, &p.particle);
             let most = allowed(p.in_motion) * body.grown.shape.circumradius();
             for wall in self.walls {
                 let depth = depth_in(&wall.wall.surface, &body, p.particle.position());
                 if let Some(depth) = depth.filter(|depth| *depth > most) {
+                    let clearance = wall.wall.surface.distance(p.particle.position());
+                    if self.is_held(p) && clearance >= -body.grown.shape.circumradius() {
+                        held = true;
+                        continue;
+                    }
                     first.get_or_insert(p);
                     deepest = depth.max(deepest);
                     let wall = &wall.wall.name;
@@ -159,7 +166,7 @@ impl Placer<'_> {
             }
         }
         let Some(first) = first else {
-            return Ok(());
+            return Ok(held);
         };
         let particles = if overlaps.count == 1 { "particle overlaps" } else { "particles overlap" };
         let title = format!("{} {particles} a wall at the start", overlaps.count);

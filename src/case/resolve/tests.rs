@@ -412,3 +412,22 @@ fn random_particles_that_begin_in_contact_are_said() {
     let none = setup(&["particles.0.minimum_gap=1e-5", "contact.enabled=false"]);
     assert!(none.provenance.warnings.is_empty(), "{:?}", none.provenance.warnings);
 }
+
+#[test]
+fn a_volume_fraction_that_whole_particles_miss_is_said_with_the_numbers_on_both_sides() {
+    let box_of = |edge: &str, fraction: f64| {
+        setup(&[
+            &format!("domain.size.diameters=[{edge}, {edge}, {edge}]"),
+            &format!("particles.0.volume_fraction={fraction}"),
+        ])
+    };
+    let rounded = box_of("4", 0.05);
+    close(rounded.volume_fraction, 7.0 * std::f64::consts::PI / 6.0 / 64.0);
+    close(rounded.requested_volume_fraction, 0.05);
+    let [warning] = &rounded.provenance.warnings[..] else { panic!("{:?}", rounded.provenance.warnings) };
+    assert!(warning.contains("is 0.05, but 7 whole particles make it 0.0573"), "{warning}");
+    assert!(warning.contains("`count = 6` makes it 0.0491"), "{warning}");
+    assert!(box_of("8", 0.1).provenance.warnings.is_empty());
+    let counted = setup(&["particles.0={ shape.sphere.diameter = 1.5e-3, density = 3300, count = 5 }"]);
+    assert_eq!(counted.requested_volume_fraction.to_bits(), counted.volume_fraction.to_bits());
+}

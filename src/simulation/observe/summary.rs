@@ -25,6 +25,7 @@ pub(super) fn summary(
         resumed_from: (first > 0).then_some(first),
         particles: setup.particles.len(),
         volume_fraction: setup.volume_fraction,
+        requested_volume_fraction: Some(setup.requested_volume_fraction),
         cells_per_diameter: setup.diameter / setup.domain.dx,
         scales: reference_scales(setup),
         cells,

@@ -119,6 +119,7 @@ fn processor() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::simulation::seconds_of_files;
     use crate::simulation::work::tests::suspension;
 
     #[test]
@@ -140,6 +141,29 @@ mod tests {
         ] {
             assert_eq!(read(&other.to_json()), None, "{other:?}");
         }
+    }
+
+    #[test]
+    fn rows_fields_and_surfaces_take_time_as_often_as_they_are_written() {
+        let mut setup = suspension();
+        let plan = &mut setup.plan;
+        plan.end_step = 1000;
+        plan.output.series_every = 1000;
+        for every in [
+            &mut plan.output.fields_every,
+            &mut plan.output.particles_every,
+            &mut plan.output.surfaces_every,
+            &mut plan.output.contacts_every,
+            &mut plan.output.picture_every,
+        ] {
+            *every = 0;
+        }
+        let least = seconds_of_files(&setup);
+        setup.plan.output.series_every = 5;
+        let rows = seconds_of_files(&setup);
+        assert!((rows / least - 201.0 / 2.0).abs() < 1e-9, "{rows} {least}");
+        setup.plan.output.fields_every = 100;
+        assert!(seconds_of_files(&setup) > rows);
     }
 
     #[test]

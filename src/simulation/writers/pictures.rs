@@ -1,7 +1,7 @@
 //! Pictures of a run: the quantities that they show, and colours that mean the same in all of them.
 
 use super::vtk::parsed;
-use super::{FileEstimate, Need, RootOutput, Writer, WriterState, slice_planes};
+use super::{FileEstimate, Need, RootOutput, Writer, WriterState, slice_planes, threads_and_cores};
 use crate::case::{BodyColour, PicturePlan, Quantity, Setup, SlicePlan, ViewPlan};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -45,20 +45,13 @@ impl<'a> Pictures<'a> {
         &self.setup.plan.output.pictures
     }
 
-    /// Threads that draw a view.
-    fn threads(&self) -> usize {
-        match self.setup.plan.threads {
-            0 => cores(),
-            threads => threads,
-        }
-    }
-
     /// Estimated time (s) to draw a picture.
     fn seconds(&self, plan: &PicturePlan) -> f64 {
         plan.view.as_ref().map_or(SLICE, |view| {
             let pixels = f64::from(view.size[0]) * f64::from(view.size[1]);
             let one_thread = PIXEL * pixels + BODY * self.setup.particles.len() as f64;
-            one_thread / self.threads().min(cores()) as f64
+            let [threads, cores] = threads_and_cores(self.setup);
+            one_thread / threads.min(cores) as f64
         })
     }
 
@@ -197,7 +190,7 @@ impl Writer for Pictures<'_> {
                 },
                 slice,
                 chains: chains.as_ref().map(|scale| Chains { contacts: output.contacts, scale }),
-                threads: self.threads(),
+                threads: threads_and_cores(self.setup)[0],
             };
             write_view(&path, &snapshot, &scene)?;
         }
@@ -225,10 +218,6 @@ impl Writer for Pictures<'_> {
         let seconds = self.plans().iter().map(|plan| self.seconds(plan)).sum();
         Some(FileEstimate { seconds, ..FileEstimate::of(self, end_step, "pictures", bytes, "") })
     }
-}
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// A quantity that colours stand for.

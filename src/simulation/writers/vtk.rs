@@ -1,6 +1,6 @@
 //! Files for `ParaView`: fields, particles as points, their surfaces, contacts, force chains, and the walls.
 
-use super::{FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, files_of};
+use super::{FileEstimate, Need, PACKED_BYTE, RankOutput, RootOutput, Writer, WriterState, files_of};
 use crate::case::Setup;
 use crate::domain::Block;
 use crate::error::{Error, Result};
@@ -151,7 +151,8 @@ impl Writer for Vtk<'_> {
             // Counted with the contacts.
             Format::ForceChains => return None,
         };
-        Some(FileEstimate::of(self, end_step, name, bytes, remark))
+        let files = FileEstimate::of(self, end_step, name, bytes, remark);
+        Some(FileEstimate { seconds: PACKED_BYTE * bytes, ..files })
     }
 }
 

@@ -93,7 +93,13 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.push(row("memory", in_bytes(memory_parts(setup).iter().sum()), remark));
     rows.extend(bodies::wall_rows(setup));
     rows.push(row("particles", setup.particles.len().to_string(), ""));
-    rows.push(row("volume fraction", format!("{:.5}", setup.volume_fraction), ""));
+    let [actual, requested] = [setup.volume_fraction, setup.requested_volume_fraction];
+    let remark = if (actual - requested).abs() > 1e-9 {
+        format!("{requested:.5} was asked for: rounded up to whole particles")
+    } else {
+        String::new()
+    };
+    rows.push(row("volume fraction", format!("{actual:.5}"), remark));
     rows.extend(bodies::shape_rows(setup));
     rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
     rows.extend(engine_row(setup));
@@ -126,28 +132,11 @@ fn engine_row(setup: &Setup) -> Option<Row> {
 /// Rows of a case without a fluid.
 fn dry_rows(setup: &Setup) -> Vec<Row> {
     let remark = format!("averages from step {}", setup.plan.average_from_step);
-    let mut rows = vec![
+    vec![
         row("time step", format!("{:.6e} s", setup.time_step), ""),
         row("steps", setup.plan.end_step.to_string(), remark),
         row("time", format!("{:.4} s", setup.end_time()), ""),
-    ];
-    if let Some(contact) = &setup.contact {
-        let speed = fall_speed(setup);
-        if speed > 0.0 {
-            let steps = contacts::hertz(setup, contact).duration(speed) / setup.time_step;
-            let remark = format!("steps, Hertz impact at {speed:.3} m/s, a fall through the box");
-            rows.push(row("contact lasts", format!("{steps:.0}"), remark));
-        }
-    }
-    rows
-}
-
-/// Speed (m/s) after a fall through the box.
-fn fall_speed(setup: &Setup) -> f64 {
-    // Gravity times the extent of the box along it.
-    let drop: f64 =
-        (setup.gravity.iter()).zip(setup.domain.size().iter()).map(|(g, length)| g.abs() * length).sum();
-    (2.0 * drop).sqrt()
+    ]
 }
 
 /// Estimated time; none if the case cannot run.
@@ -155,8 +144,7 @@ fn time_row(setup: &Setup) -> Option<Row> {
     let estimate = time_estimate(setup).ok()?;
     let files = seconds_of_files(setup);
     let seconds = setup.plan.end_step as f64 * estimate.seconds_per_step + files;
-    let pictures =
-        if files >= 1.0 { format!(", {} of it for pictures", in_time(files)) } else { String::new() };
+    let files = if files >= 1.0 { format!(", {} of it for files", in_time(files)) } else { String::new() };
     let precision = setup.plan.precision.name();
     let rate = setup.domain.cell_count() as f64 / estimate.seconds_per_step / 1e6;
     let ranks = match comm::launched() {
@@ -166,11 +154,7 @@ fn time_row(setup: &Setup) -> Option<Row> {
     Some(row(
         "estimated time",
         in_time(seconds),
-        format!(
-            "{rate:.0} MLUPS in {precision} on {} {ranks}{pictures}, {}",
-            estimate.ranks,
-            basis(&estimate)
-        ),
+        format!("{rate:.0} MLUPS in {precision} on {} {ranks}{files}, {}", estimate.ranks, basis(&estimate)),
     ))
 }
 
@@ -228,4 +212,61 @@ fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
         ));
     }
     advice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use turbid::case::from_text;
+
+    const TEXT: &str = "domain.size = [4e-3, 4e-3, 4e-3]\n\
+                        domain.periodic = [true, true, false]\n\
+                        fluid = { density = 1000, viscosity = 1e-6 }\n\
+                        lattice = { cells_per_diameter = 5, relaxation_time = 0.6 }\n\
+                        driving = { gravity = 9.81, body_acceleration = [1e-4, 0, 0] }\n\
+                        contact = { youngs_modulus = 1e6, restitution = 0.5, substeps = 1 }\n\
+                        run.end.steps = 100\n\
+                        [[particles]]\n\
+                        shape.sphere.diameter = 1e-3\n\
+                        density = 1100.0\n\
+                        list = [{ position = [1e-3, 1e-3, 1e-3], velocity = [1e-3, 0, 0] }, [3e-3, 3e-3, 3e-3]]\n";
+
+    #[test]
+    fn no_remedy_names_a_number_that_is_not_finite() {
+        let keys = [
+            "domain.size.2",
+            "fluid.density",
+            "fluid.viscosity",
+            "lattice.cells_per_diameter",
+            "lattice.relaxation_time",
+            "driving.gravity",
+            "driving.body_acceleration.0",
+            "contact.youngs_modulus",
+            "contact.restitution",
+            "contact.enlargement",
+            "particles.0.shape.sphere.diameter",
+            "particles.0.density",
+            "particles.0.list.0.velocity.0",
+        ];
+        let mut said = 0;
+        for key in keys {
+            for value in
+                ["5e-324", "1e-300", "1e-30", "1e-20", "1e-9", "1e3", "1e9", "1e20", "1e30", "1e300", "1e308"]
+            {
+                let texts = match from_text(TEXT, "case", &[format!("{key}={value}")]) {
+                    Err(error) => vec![error.to_string()],
+                    Ok(setup) => [setup.provenance.warnings.clone(), advice(&setup)].concat(),
+                };
+                for text in texts {
+                    let mut words = text.split(|c: char| !c.is_ascii_alphanumeric());
+                    assert!(
+                        !words.any(|word| ["inf", "NaN", "nan"].contains(&word)),
+                        "{key} = {value}: {text}"
+                    );
+                    said += 1;
+                }
+            }
+        }
+        assert!(said > 50, "{said}");
+    }
 }

@@ -38,7 +38,10 @@ impl Study {
         for quantity in &value.y.value.0 {
             lines.extend(self.lines(quantity, x, self.points(span, &free, &value.only, quantity)?));
         }
-        let note = note(&value.note, &lines);
+        let mut note = note(&value.note, &lines);
+        if let Some(rounded) = self.note_on_fractions(x) {
+            note = if note.is_empty() { rounded } else { format!("{note} {rounded}") };
+        }
         if value.error {
             lines.iter_mut().for_each(take_errors);
         }

@@ -15,6 +15,8 @@ pub struct Axis {
     pub label: String,
     /// True if its values are repetitions.
     pub average: bool,
+    /// True if its numbers are volume fractions, which whole particles meet only nearly.
+    pub is_fraction: bool,
     pub values: Vec<Value>,
 }
 
@@ -38,6 +40,17 @@ pub struct Value {
     pub label: String,
     pub number: Option<f64>,
     options: Vec<String>,
+}
+
+impl Value {
+    /// True if its number is a volume fraction of the case.
+    fn is_fraction(&self) -> bool {
+        let sets = |option: &String| {
+            let (key, value) = option.split_once('=').unwrap_or_default();
+            key.ends_with(".volume_fraction") && value.parse().ok() == self.number
+        };
+        self.number.is_some() && self.options.iter().any(sets)
+    }
 }
 
 /// One run with options for the case.
@@ -201,9 +214,11 @@ fn axis(source: &Source, section: &AxisSection) -> Result<Axis> {
     if section.values.is_empty() {
         return refuse(format!("the axis `{name}` has no values"), "give at least one");
     }
-    let values = section.values.iter().map(|value| resolve(source, section, value)).collect::<Result<_>>()?;
+    let values =
+        section.values.iter().map(|value| resolve(source, section, value)).collect::<Result<Vec<_>>>()?;
     let label = label.as_ref().unwrap_or(name).clone();
-    Ok(Axis { name: name.clone(), label, average: *average, values })
+    let is_fraction = values.iter().all(Value::is_fraction);
+    Ok(Axis { name: name.clone(), label, average: *average, is_fraction, values })
 }
 
 fn resolve(source: &Source, section: &AxisSection, value: &Located<ValueSection>) -> Result<Value> {

@@ -16,6 +16,9 @@ use turbid::error::Result;
 use turbid::simulation::Suspension;
 use turbid_plot::Point;
 
+/// Relative difference of a volume fraction from the one that was asked for that is worth a note.
+const ROUNDED: f64 = 1e-3;
+
 /// Index of a value on every axis; none on those that are averaged over or compared.
 pub(super) type At = Vec<Option<usize>>;
 
@@ -123,6 +126,30 @@ impl Study {
         Some(Suspension::of(&fluid.scales, run.setup.volume_fraction))
     }
 
+    /// Number of a point on an axis: its value; of volume fractions those of the whole particles that its runs have.
+    pub(super) fn number(&self, axis: usize, at: &At) -> Option<f64> {
+        let value = at[axis]?;
+        let axis = &self.plan.axes[axis];
+        let number = axis.values[value].number?;
+        let run = self.runs_at(at).next().filter(|_| axis.is_fraction);
+        Some(run.map_or(number, |(_, run)| {
+            number * run.setup.volume_fraction / run.setup.requested_volume_fraction
+        }))
+    }
+
+    /// Says where whole particles miss the volume fractions of an axis most, if they do.
+    pub(super) fn note_on_fractions(&self, axis: usize) -> Option<String> {
+        let of_run = |run: &PlannedRun| {
+            let [actual, requested] = [run.setup.volume_fraction, run.setup.requested_volume_fraction];
+            ((actual / requested - 1.0).abs(), actual, requested)
+        };
+        let runs = self.plan.runs.iter().filter(|_| self.plan.axes[axis].is_fraction).map(of_run);
+        let (_, actual, requested) = runs.filter(|run| run.0 > ROUNDED).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(format!(
+            "Volume fractions are those of whole particles: {actual:.4} where {requested:.4} was asked for."
+        ))
+    }
+
     /// Axes that a check has points along: all but those of repetitions, and `separate` ones of these.
     pub(super) fn free_axes(&self, separate: &[usize]) -> Vec<usize> {
         let is_free = |axis: &usize| !self.plan.axes[*axis].average || separate.contains(axis);
@@ -152,7 +179,8 @@ impl Study {
                 let name = &axis.name;
                 let title = format!("the axis `{name}` has several values here");
                 let remedy = format!(
-                    "choose one, only = {{ {name} = .. }}, or let it vary: as x, series, panels or rows"
+                    "choose one, only = {{ {name} = .. }}; let it vary, as x, series, panels or rows; or, if its values are \
+                     repetitions such as seeds, take their mean: `average = true` in its [[axis]]"
                 );
                 return self.plan.refuse(span, &title, "which one?", &remedy);
             }
@@ -166,7 +194,7 @@ impl Study {
     pub(super) fn lines(&self, quantity: &str, x: usize, points: Vec<(At, Known)>) -> Vec<Line> {
         let mut lines: Vec<Line> = Vec::new();
         for (at, known) in points {
-            let Some(number) = at[x].and_then(|value| self.plan.axes[x].values[value].number) else {
+            let Some(number) = self.number(x, &at) else {
                 continue;
             };
             let mut of = at.clone();

@@ -71,7 +71,7 @@ impl Study {
         let Some(first) = along.first().filter(|at| selection.meets(|axis| at[axis])) else {
             return Ok(None);
         };
-        let known = |at: &At| self.plan.axes[x].values[at[x]?].number;
+        let known = |at: &At| self.number(x, at);
         let (points, style, name) = match value {
             ReferenceSection { law: Some(law), .. } => {
                 let mut points = Vec::new();

@@ -54,6 +54,10 @@ impl Study {
             }
             table.rows.push(row);
         }
+        // Rows have the names of the values.
+        if let Some(rounded) = axes.iter().find_map(|&axis| self.note_on_fractions(axis)) {
+            table.note = format!("{} {rounded}", table.note).trim_start().to_string();
+        }
         Ok(table)
     }
 

@@ -315,8 +315,9 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
     let document = study.document().unwrap();
     let figure = &document.figures[0];
     let note = &figure.chart.note;
-    assert!(note.ends_with("1 point is missing: 1 of their runs are not done."), "{note}");
+    assert!(note.contains("1 point is missing: 1 of their runs are not done."), "{note}");
     assert!(note.starts_with("Bars: one standard error"), "{note}");
+    assert!(note.ends_with("those of whole particles: 0.1064 where 0.1000 was asked for."), "{note}");
     let titles: Vec<&str> = figure.chart.panels.iter().map(|panel| panel.title.as_str()).collect();
     assert_eq!(titles, ["spheres", "cubes"]);
     let references = |panel: usize| figure.chart.panels[panel].series.len() - 1;
@@ -328,7 +329,14 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
     assert_eq!([measured(0), measured(1)], [2, 1]);
     let law = &figure.chart.panels[1].series[1].points;
     assert!(law.len() > 5 && law.windows(2).all(|pair| pair[0].x < pair[1].x && pair[0].y > pair[1].y));
-    assert!((law[0].x - 0.1).abs() < 1e-12 && (law[law.len() - 1].x - 0.2).abs() < 1e-12);
+    // 13 and 25 whole particles.
+    let ends = [13.0, 25.0].map(|count| count * std::f64::consts::PI / 6.0 / 64.0);
+    let drawn = [&figure.chart.panels[0].series[0].points, law]
+        .map(|points| [points[0].x, points[points.len() - 1].x]);
+    assert!(
+        drawn.iter().all(|x| (x[0] - ends[0]).abs() < 1e-9 && (x[1] - ends[1]).abs() < 1e-9),
+        "{drawn:?}"
+    );
 }
 
 #[test]
@@ -428,6 +436,10 @@ fn what_is_wrong_in_figures_and_checks_is_told_before_anything_runs() {
         (format!("{figure}x = \"phj\"\n"), "there is no axis `phj`"),
         (format!("{figure}x = \"shape\"\n"), "the axis `shape` has values without a number"),
         (format!("{figure}x = \"phi\"\n"), "the axis `shape` has several values here"),
+        (
+            format!("{figure}x = \"phi\"\n"),
+            "such as seeds, take their mean: `average = true` in its [[axis]]",
+        ),
         (format!("{check}tolerance = 0.1\n"), "this check lacks a key"),
         (format!("{check}reference = {{ value = 1.0 }}\n"), "this check lacks a key"),
         (format!("{check}y = \"settling_velocity\"\n"), "did you mean `settling_velocity_over_"),

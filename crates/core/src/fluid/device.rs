@@ -124,7 +124,8 @@ impl<S: Population> DeviceFluid<S> {
         let failed = Rc::new(Failure::default());
         let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
         let bytes = layout.len() * size_of::<S>();
-        let array = queue.zeroed(bytes, &format!("the populations of a block of {:?} cells", layout.size))?;
+        let [x, y, z] = layout.size;
+        let array = queue.zeroed(bytes, &format!("the populations of a block of {x} x {y} x {z} cells"))?;
         let fill = |values: &[u64]| filled(&queue, values, "the links of a block");
         let phases = [AaPhase::Even, AaPhase::Odd];
         let copies = |[to, from]: [&[u64]; 2], corrections: &[S::Number]| -> Result<Option<Copies>> {

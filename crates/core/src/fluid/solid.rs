@@ -218,7 +218,10 @@ impl<T: Real> SolidRow<T> {
                 let total = self.total[x];
                 let open = (T::ONE - before) * (T::ONE - phi);
                 let alone = total == phi;
+                // Bodies that overlap at rest have no film between them.
+                let rest = (0..3).all(|a| u[a] == T::ZERO && (alone || self.velocity[a][x] == T::ZERO));
                 self.fraction[x] = match (M::BY_VOLUME, alone) {
+                    (true, _) | (_, true) if rest && total > T::ONE => T::ONE,
                     (true, _) | (_, true) => total,
                     _ => T::ONE - open,
                 };
@@ -335,6 +338,22 @@ mod tests {
         let (solid, overlap, [u, _, _]) = row.cell(3);
         assert_eq!((solid, overlap), (1.0, 0.5));
         assert!((u - 1.75 / 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn bodies_that_overlap_at_rest_have_no_film_between_them() {
+        let mut row = SolidRow::<f64>::new(1);
+        row.open_cells(0..2);
+        let mut add = |fractions: &[f32], speed: f64| {
+            let (segment, cut) = segment(0, fractions);
+            row.add::<Saturated>(&segment, &cut, &moving([speed, 0.0, 0.0]));
+            (row.cell(0), row.cell(1))
+        };
+        add(&[0.75, 0.5], 0.0);
+        assert_eq!(add(&[0.75, 0.25], 0.0), ((1.0, 0.0, [0.0; 3]), (0.75, 0.0, [0.0; 3])));
+        // One that moves along them is not welded to them.
+        assert_eq!(add(&[1.0, 0.5], 2.5).0.1, 1.5);
+        assert_eq!([row.share(0, 0.75), row.share(1, 0.25)], [0.3, 0.2]);
     }
 
     #[test]

@@ -140,6 +140,11 @@ impl PrescribedMotion {
         self.holds_centre() && !self.free_rotation
     }
 
+    /// Returns true if the centre of mass stays where it is.
+    pub fn rests(&self) -> bool {
+        self.holds_centre() && self.velocity.largest() == Vec3::zeros()
+    }
+
     /// Bound (m/s) of the speed of the surface of a body of this circumradius (m) by what is prescribed.
     pub fn largest_speed(&self, circumradius: f64) -> f64 {
         self.velocity.largest().norm() + self.angular_velocity.largest().norm() * circumradius

@@ -1,24 +1,31 @@
 //! Contacts: how long they last, how deep they are, and which Young's modulus and sub-steps resolve them.
 
 use crate::cli::terminal::{Row, row};
-use turbid::case::{Hertz, Impact, Setup};
+use std::ops::RangeInclusive;
+use turbid::case::{Impact, Setup};
 use turbid::contact::{ContactModel, DampingLaw, law};
 
 /// Most sub-steps that are suggested to anybody.
 const MOST_SUBSTEPS: f64 = 1000.0;
+/// Young's moduli that are suggested to anybody (Pa).
+const USUAL_MODULI: RangeInclusive<f64> = 1.0..=1e13;
 /// Largest usual depth of a contact in diameters.
 const USUAL_DEPTH: f64 = 0.1;
 
-/// Two particles of the first kind in contact, as spheres of their volume.
-pub(super) fn hertz(setup: &Setup, contact: &ContactModel) -> Hertz {
-    let template = &setup.templates[0];
-    Hertz::new(template, &contact.materials[template.material])
+/// The template whose contacts at rest are deepest for its size, with their depth (m) and that over its diameter (-).
+fn deepest(setup: &Setup) -> Option<(usize, f64, f64)> {
+    let over_diameter = |(template, depth): (usize, f64)| {
+        (template, depth, depth / setup.templates[template].shape.equivalent_diameter())
+    };
+    setup.resting_depths().into_iter().map(over_diameter).max_by(|a, b| a.2.total_cmp(&b.2))
 }
 
-/// Weight of one particle of the first kind minus its buoyancy (N).
-fn submerged_weight(setup: &Setup) -> f64 {
-    let template = &setup.templates[0];
-    (template.density - setup.fluid_density()).abs() * template.shape.volume() * setup.gravity.norm()
+/// Names the particles of a template where forces move those of several sections.
+fn kind(setup: &Setup, template: usize) -> String {
+    let mut sections: Vec<usize> =
+        setup.movable().into_iter().map(|template| setup.sections[template]).collect();
+    sections.dedup();
+    if sections.len() > 1 { format!(" of `particles.{}`", setup.sections[template]) } else { String::new() }
 }
 
 /// Duration and depth of contacts.
@@ -26,8 +33,10 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let Some(contact) = &setup.contact else {
         return vec![row("contacts", "off", "")];
     };
-    let hertz = hertz(setup, contact);
-    let depth = |d: f64| format!("{:.3} % D", 100.0 * d / setup.diameter);
+    if setup.movable().is_empty() {
+        return vec![row("contacts", "none", "forces move no particle")];
+    }
+    let percent = |d: f64| format!("{:.3} % D", 100.0 * d);
     let (weight, dx) = match setup.fluid {
         Some(_) => ("submerged weight", Some(setup.domain.dx)),
         None => ("weight", None),
@@ -37,22 +46,28 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         None => format!("{d:.3e} m"),
     };
     let mut rows = Vec::new();
-    if let Some(Impact { speed, cause, .. }) = setup.impact() {
+    let impact = setup.impact();
+    if let Some((Impact { template, speed, cause, .. }, hertz)) =
+        impact.and_then(|impact| Some((impact, setup.hertz(impact.template)?)))
+    {
+        let kind = kind(setup, template);
         for (speed, part) in [(speed, ""), (0.1 * speed, " / 10")] {
             let steps = hertz.duration(speed) / setup.time_step;
             let substeps = match setup.substeps {
                 1 => String::new(),
                 n => format!(", {n} sub-steps each"),
             };
-            let remark = format!("steps, Hertz impact at {cause}{part}{substeps}");
+            let remark = format!("steps, Hertz impact{kind} at {cause}{part}, {speed:.3e} m/s{substeps}");
             rows.push(row("contact lasts", format!("{steps:.0}"), remark));
         }
-        let impact = hertz.impact_depth(speed);
-        rows.push(row("overlap, impact", depth(impact), format!("{}, at {cause}, dry", cells(impact))));
+        let depth = hertz.impact_depth(speed);
+        let part = depth / setup.templates[template].shape.equivalent_diameter();
+        rows.push(row("overlap, impact", percent(part), format!("{}{kind}, at {cause}, dry", cells(depth))));
     }
-    let resting = hertz.static_depth(submerged_weight(setup));
-    let remark = format!("{}, one {weight}", cells(resting));
-    rows.push(row("overlap, at rest", depth(resting), remark));
+    if let Some((template, depth, part)) = deepest(setup) {
+        let remark = format!("{}{}, one {weight}", cells(depth), kind(setup, template));
+        rows.push(row("overlap, at rest", percent(part), remark));
+    }
     rows.extend(restitution_rows(contact));
     rows
 }
@@ -72,51 +87,85 @@ fn restitution_rows(contact: &ContactModel) -> Vec<Row> {
     rows.collect()
 }
 
-/// Contacts that are too short or too deep, with a Young's modulus and sub-steps that mend both.
+/// Contacts that are too short or too deep, with Young's moduli and sub-steps that mend both.
 pub(super) fn advice(setup: &Setup) -> Option<String> {
     let contact = setup.contact.as_ref()?;
-    let hertz = hertz(setup, contact);
-    let given = contact.materials[setup.templates[0].material].youngs_modulus;
-    let impact = setup.impact();
-    let resolved = impact.map_or(f64::INFINITY, |impact| impact.steps / impact.needed);
-    let depth = hertz.static_depth(submerged_weight(setup)) / setup.diameter;
-    let (short, deep) = (resolved < 1.0, depth > USUAL_DEPTH);
-    if !short && !deep {
-        return None;
-    }
+    let (impacts, material) = (setup.impacts(), |template: usize| setup.templates[template].material);
+    let short = setup.impact().filter(|impact| impact.resolved() < 1.0);
+    let deep = deepest(setup).filter(|(.., part)| *part > USUAL_DEPTH);
     let mut faults = Vec::new();
-    if let Some(Impact { cause, steps, needed, .. }) = impact.filter(|_| short) {
-        faults.push(format!("an impact at {cause} lasts {steps:.1} steps of the particles, below {needed}"));
-    }
-    if deep {
+    if let Some(Impact { template, cause, steps, needed, .. }) = short {
+        let kind = kind(setup, template);
         faults.push(format!(
-            "a resting particle sinks {:.1} % of a diameter into its neighbour, above {:.0} %",
-            100.0 * depth,
+            "an impact{kind} at {cause} lasts {steps:.1} steps of the particles, below {needed}"
+        ));
+    }
+    if let Some((template, _, part)) = deep {
+        let far =
+            if part < 10.0 { format!("{:.1} %", 100.0 * part) } else { "more than ten times".to_string() };
+        faults.push(format!(
+            "a resting particle{} sinks {far} of a diameter into its neighbour, above {:.0} %",
+            kind(setup, template),
             100.0 * USUAL_DEPTH
         ));
     }
-    // Rounded to the safe side when it is printed.
-    let stiffest = 0.999 * given * libm::pow(resolved, 2.5);
-    let softest = 1.001 * given * libm::pow(depth / USUAL_DEPTH, 1.5);
-    // Sub-steps for the modulus that is left or taken.
-    let modulus = if deep { softest } else { given };
-    let substeps = (f64::from(setup.substeps) / resolved * libm::pow(modulus / given, 0.4)).ceil();
+    if faults.is_empty() {
+        return None;
+    }
+    // Factors on the modulus of each material: the least with which contacts at rest are shallow enough, and the largest with which
+    // impacts last long enough. Rounded to the safe side when they are printed.
+    let (mut least, mut most) =
+        (vec![0.0_f64; contact.materials.len()], vec![1.0_f64; contact.materials.len()]);
+    for (template, depth) in setup.resting_depths() {
+        let part = depth / setup.templates[template].shape.equivalent_diameter();
+        let least = &mut least[material(template)];
+        *least = least.max(1.001 * libm::pow(part / USUAL_DEPTH, 1.5));
+    }
+    for impact in impacts.iter().filter(|impact| impact.resolved() < 1.0) {
+        let most = &mut most[material(impact.template)];
+        *most = most.min(0.999 * libm::pow(impact.resolved(), 2.5));
+    }
+    let stiffer: Vec<f64> = least.iter().map(|least| least.max(1.0)).collect();
+    // Sub-steps for the moduli that are left or taken.
+    let needed = impacts.iter().map(|impact| {
+        f64::from(setup.substeps) / impact.resolved() * libm::pow(stiffer[material(impact.template)], 0.4)
+    });
+    let substeps = needed.fold(1.0, f64::max).ceil();
     let enough = substeps <= f64::from(setup.substeps);
-    let remedy = match (short, deep) {
-        _ if substeps > MOST_SUBSTEPS => {
-            "no usual Young's modulus and number of sub-steps mends that: check the units of the case"
-                .to_string()
+    let softer = most.iter().zip(&least).all(|(most, least)| least < most);
+    let remedy = match (deep.is_some(), moduli(contact, &stiffer), moduli(contact, &most)) {
+        (true, None, _) => None,
+        _ if substeps > MOST_SUBSTEPS => None,
+        (true, Some(moduli), _) if enough => Some(format!("take {moduli} or more")),
+        (true, Some(moduli), _) => Some(format!("take {moduli} with contact.substeps = {substeps:.0}")),
+        (false, _, Some(moduli)) if softer => {
+            Some(format!("take contact.substeps = {substeps:.0} or {moduli}"))
         }
-        (_, true) if enough => format!("take contact.youngs_modulus = {softest:.3e} or more"),
-        (_, true) => {
-            format!("take contact.youngs_modulus = {softest:.3e} with contact.substeps = {substeps:.0}")
-        }
-        (_, false) if softest < stiffest => {
-            format!("take contact.substeps = {substeps:.0} or contact.youngs_modulus = {stiffest:.3e}")
-        }
-        (_, false) => format!("take contact.substeps = {substeps:.0}"),
+        (false, ..) => Some(format!("take contact.substeps = {substeps:.0}")),
     };
+    let remedy = remedy.unwrap_or_else(|| {
+        "no usual Young's modulus and number of sub-steps mends that: check the units of the case".to_string()
+    });
     Some(format!("{}; {remedy}", faults.join("; ")))
+}
+
+/// Young's moduli times these factors, as keys of the case with their values; none if one of them is unusual.
+fn moduli(contact: &ContactModel, factors: &[f64]) -> Option<String> {
+    let changed = contact
+        .materials
+        .iter()
+        .zip(factors)
+        .enumerate()
+        .filter(|(_, (_, factor))| (**factor - 1.0).abs() > 0.0);
+    let words = changed.map(|(index, (material, factor))| {
+        let modulus = material.youngs_modulus * factor;
+        let key = match index {
+            0 => "contact".to_string(),
+            index => format!("materials.{}", index - 1),
+        };
+        USUAL_MODULI.contains(&modulus).then(|| format!("{key}.youngs_modulus = {modulus:.3e}"))
+    });
+    words.collect::<Option<Vec<_>>>().map(|words| words.join(" and "))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Numbers of the lattice, of settling and of driven flows.
 
 use crate::cli::terminal::{Row, row};
-use turbid::case::{FluidSetup, Setup};
+use turbid::case::{Bound, FluidSetup, Setup};
 use turbid::engine::EngineChoice;
 use turbid::fluid::Collision;
 
@@ -41,8 +41,11 @@ fn gap_row(setup: &Setup) -> Option<Row> {
 fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let mut rows = Vec::new();
     if let Some(flow) = setup.driven_flow() {
-        let bound =
-            if flow.between_walls { "between its walls" } else { "at the end of the run, were it free" };
+        let bound = match flow.bound {
+            Bound::Run => "at the end of the run, were it free",
+            Bound::Walls => "between its walls",
+            Bound::Bodies => "by the drag of the bodies at rest",
+        };
         let remark = format!("by body_acceleration, at most, {bound}; {}", on_lattice(setup, flow.speed));
         rows.push(row("driven flow", format!("{:.6e} m/s", flow.speed), remark));
         let reynolds = flow.speed * flow.length / fluid.viscosity;

@@ -176,7 +176,8 @@ impl ContactContext {
             let (ids, touched) = ([a.id, b.id], [Some(i), Some(j)]);
             let [first, second] = [a, b].map(|p| self.constants(p));
             let held = first.motion.is_complete() && second.motion.is_complete();
-            let overlap = overlap_again(model.geometry, bodies, turns, offset, hint).filter(|_| !held);
+            let overlap =
+                if held { None } else { overlap_again(model.geometry, bodies, turns, offset, hint) };
             let Some(overlap) = overlap else {
                 if let Some(Acting { action, normal, lever }) = film {
                     let point = domain.wrap(a.position() + lever);

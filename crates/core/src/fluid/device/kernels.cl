@@ -467,8 +467,11 @@ __kernel WORK_GROUP(TILE) void sweep(
             REAL part = (REAL)phi, from_centre = K(n) - velocity[5];
             REAL u[3] = {velocity[0], velocity[1] + velocity[3] * from_centre, velocity[2] + velocity[4] * from_centre};
             total = total + part;
-            int is_alone = total == part;
-            fraction = BY_VOLUME || is_alone ? total : K(1.0) - (K(1.0) - fraction) * (K(1.0) - part);
+            int is_alone = total == part, rests = 1;
+            // Bodies that overlap at rest have no film between them.
+            for (int a = 0; a < 3; a++) rests = rests && u[a] == K(0.0) && (is_alone || v[a] == K(0.0));
+            REAL at_most = rests && total > K(1.0) ? K(1.0) : total;
+            fraction = BY_VOLUME || is_alone ? at_most : K(1.0) - (K(1.0) - fraction) * (K(1.0) - part);
             for (int a = 0; a < 3; a++) {
                 sum[a] = sum[a] + part * u[a];
                 v[a] = is_alone ? u[a] : (REAL)((double)sum[a] / (double)total);
