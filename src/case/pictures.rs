@@ -113,7 +113,11 @@ fn picture(document: &Document, key: &str, section: &PictureSection, size: Vec3)
 
 /// Quantities that show a flow between sliding walls: the velocity, with its sign, along the fastest of them; without one the speed.
 fn along_sliding_wall(document: &Document) -> (Quantity, BodyColour) {
-    let faces = document.case.domain.faces.values().map(|face| Vec3::from(face.velocity));
+    // In dry runs a face may also move towards the box.
+    let faces = document.case.domain.faces.iter().map(|(name, face)| {
+        let axis = super::file::FACES.iter().position(|face| face == name).map(|n| n / 2);
+        Vec3::from_fn(|i, _| if Some(i) == axis { 0.0 } else { face.velocity[i] })
+    });
     let slides = |wall: &&WallSection| match &wall.plane {
         Some(plane) => {
             Vec3::from(plane.normal).normalize().dot(&Vec3::from(wall.velocity).normalize()).abs() < SLIDING
