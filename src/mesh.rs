@@ -23,8 +23,8 @@ const MOST_FACETS: usize = 200_000;
 const CONVEX: f64 = 1e-4;
 /// Coarsest relative precision of vertices that is taken for rounding.
 const COARSEST: f64 = 1e-3;
-/// Rounding of corners, in extents of the body, from which on it is told.
-const TOLD: f64 = 1e-5;
+/// Rounding of corners, in extents of the body, from which on it is reported.
+const REPORTED: f64 = 1e-5;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
 
 /// A body from a file.
@@ -131,7 +131,7 @@ fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<M
     let far = low.amax().max(high.amax());
     let lost = rounding * far / extent;
     let precision = SINGLE_PRECISION.max(lost.min(COARSEST));
-    let rounded = (lost > TOLD).then(|| {
+    let rounded = (lost > REPORTED).then(|| {
         format!(
             "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of the extent \
              of the body; move the mesh to the origin and export it again",

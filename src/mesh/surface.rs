@@ -248,7 +248,7 @@ fn close(kept: &mut Vec<Facet>, mut undecided: Vec<Vec<Facet>>) {
     }
 }
 
-/// Where the ways from a vertex end; shortens them.
+/// The vertex at which the ways from a vertex end; shortens them.
 fn end_of(leads: &mut [usize], mut vertex: usize) -> usize {
     while leads[vertex] != vertex {
         leads[vertex] = leads[leads[vertex]];

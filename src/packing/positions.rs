@@ -1,4 +1,4 @@
-//! Files of positions: what a case reads its particles from, and what `turbid pack` writes.
+//! Files of positions: from which a case reads its particles, and what `turbid pack` writes.
 //!
 //! | file | module |
 //! |---|---|
@@ -73,12 +73,12 @@ pub struct Row {
     pub angular_velocity: Vec3,
 }
 
-/// What a file holds.
+/// The contents of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
     /// Its particles, in its order.
     pub placements: Vec<Placement>,
-    /// What the user should know of how it was read.
+    /// Notes for the user on how it was read.
     pub notes: Vec<String>,
 }
 
@@ -109,7 +109,7 @@ fn is_count_of_atoms(line: &str) -> bool {
     matches!(words[..], [count, "atoms"] if count.parse::<u64>().is_ok())
 }
 
-/// How a message calls the place of a particle in a file, at a column of its line if there is one.
+/// Words of a message for the place of a particle in a file, at a column of its line if there is one.
 pub fn place(name: &str, placement: &Placement, column: usize) -> String {
     let extension = Path::new(name).extension().unwrap_or_default().to_ascii_lowercase();
     let points = ["vtp", "vtu", "vtk"].iter().any(|known| extension == *known);

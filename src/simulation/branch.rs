@@ -30,7 +30,7 @@ pub struct Branch {
     before: Setup,
     /// The contacts remembered by the engine are those of this case.
     keeps_contacts: bool,
-    /// What the bodies have left in the fluid is that of this coupling.
+    /// The state that the bodies have left in the fluid is that of this coupling.
     keeps_coupling: bool,
 }
 
@@ -85,7 +85,7 @@ impl Branch {
         Ok(branch)
     }
 
-    /// What the branch does, in words.
+    /// The action of the branch, in words.
     fn note(&self, changes: &[String]) -> String {
         let subject = if self.setup.fluid.is_some() { "fluid and particles" } else { "particles" };
         let changes = match changes {

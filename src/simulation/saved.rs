@@ -207,7 +207,7 @@ impl Simulation {
     }
 }
 
-/// What its owner has added to a checkpoint, or [`Error::Input`] if it is of another form.
+/// The data that its owner has added to a checkpoint, or [`Error::Input`] if it is of another form.
 pub(super) fn own_data<T: DeserializeOwned>(saved: &Checkpoint) -> Result<T> {
     Ok(shared_data(saved)?.1)
 }

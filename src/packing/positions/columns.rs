@@ -249,7 +249,7 @@ struct Wanted {
 pub(super) trait Line {
     /// The number in a column; `None` if there is none.
     fn number(&self, column: usize) -> Option<f64>;
-    /// What stands in the column, for a message.
+    /// The text in the column, for a message.
     fn word(&self, column: usize) -> String;
     /// Position of the column in the line, from 1.
     fn column(&self, column: usize) -> usize;

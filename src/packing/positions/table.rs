@@ -90,7 +90,7 @@ fn split(line: &str, delimiter: Option<char>) -> Vec<Field<'_>> {
     fields
 }
 
-/// What stands between the fields of a line.
+/// The separator of the fields of a line.
 fn delimiter(line: &str) -> Option<char> {
     let is = |&delimiter: &char| line.contains(delimiter) && split(line, Some(delimiter)).len() > 1;
     [';', ',', '\t'].into_iter().find(is)

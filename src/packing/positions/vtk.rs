@@ -1,7 +1,7 @@
 //! Points of VTK: XML (`.vtp`, `.vtu`) and legacy files (`.vtk`), as text or binary. Arrays of several components are columns
 //! `velocity:0`, `velocity:1`, ..., as `ParaView` calls them in tables; the points are `Points:0`, `Points:1`, `Points:2`.
 //!
-//! What a file states of its lengths is compared with what is there before memory is taken.
+//! Lengths that a file states are compared with what is there before memory is taken.
 
 mod array;
 mod legacy;

@@ -42,7 +42,7 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     Ok(())
 }
 
-/// What the file of a run's particles is not: its flow, and the end of a run that was stopped.
+/// Notes on what the file of a run's particles lacks: its flow, and the end of a run that was stopped.
 fn notes(directory: &Path) -> Vec<String> {
     let (summary, shown) = (Summary::read(&OutputFiles::new(directory).summary()).ok(), directory.display());
     let state = match &summary {

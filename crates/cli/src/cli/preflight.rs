@@ -95,7 +95,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.push(row("particles", setup.particles.len().to_string(), ""));
     let [actual, requested] = [setup.volume_fraction, setup.requested_volume_fraction];
     let remark = if (actual - requested).abs() > 1e-9 {
-        format!("{requested:.5} was asked for: rounded up to whole particles")
+        format!("{requested:.5} requested: rounded up to whole particles")
     } else {
         String::new()
     };

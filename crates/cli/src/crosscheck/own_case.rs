@@ -3,7 +3,7 @@
 //! A dry case has its contacts, walls and gravity. Of a case with a fluid the loads are recorded in a four-way run with the
 //! native engine, and replayed through both: so the engines are compared, and not the response of the fluid to their differences.
 //!
-//! What differs under the laws of the case is reported: other laws part with the first impact. The verdict is on the same case with the
+//! Differences under the laws of the case are reported: other laws part with the first impact. The verdict is on the same case with the
 //! laws that both engines have ([`nearby`]).
 
 mod nearby;

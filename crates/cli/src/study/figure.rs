@@ -14,7 +14,7 @@ const PARTS: u32 = 60;
 /// Its end over the resolution of the finest grid (-).
 const BEYOND: f64 = 1.5;
 
-/// What bars are.
+/// Meaning of the bars.
 const BARS: &str =
     "Bars: one standard error, of the mean over time, or of repetitions by their scatter where that is more.";
 

@@ -16,7 +16,7 @@ use turbid::error::Result;
 use turbid::simulation::Suspension;
 use turbid_plot::Point;
 
-/// Relative difference of a volume fraction from the one that was asked for that is worth a note.
+/// Relative difference of a volume fraction from the requested one that is worth a note.
 const ROUNDED: f64 = 1e-3;
 
 /// Index of a value on every axis; none on those that are averaged over or compared.
@@ -146,7 +146,7 @@ impl Study {
         let runs = self.plan.runs.iter().filter(|_| self.plan.axes[axis].is_fraction).map(of_run);
         let (_, actual, requested) = runs.filter(|run| run.0 > ROUNDED).max_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(format!(
-            "Volume fractions are those of whole particles: {actual:.4} where {requested:.4} was asked for."
+            "Volume fractions are those of whole particles: {actual:.4} where {requested:.4} was requested."
         ))
     }
 

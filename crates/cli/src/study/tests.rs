@@ -317,7 +317,7 @@ references = [{ law = "richardson_zaki" }, { band = 0.1 }, { value = 0.3, label 
     let note = &figure.chart.note;
     assert!(note.contains("1 point is missing: 1 of their runs are not done."), "{note}");
     assert!(note.starts_with("Bars: one standard error"), "{note}");
-    assert!(note.ends_with("those of whole particles: 0.1064 where 0.1000 was asked for."), "{note}");
+    assert!(note.ends_with("those of whole particles: 0.1064 where 0.1000 was requested."), "{note}");
     let titles: Vec<&str> = figure.chart.panels.iter().map(|panel| panel.title.as_str()).collect();
     assert_eq!(titles, ["spheres", "cubes"]);
     let references = |panel: usize| figure.chart.panels[panel].series.len() - 1;

@@ -45,7 +45,7 @@ impl Kind {
     }
 }
 
-/// How the bytes of a file are stored.
+/// Storage of the bytes of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
     pub(super) big: bool,

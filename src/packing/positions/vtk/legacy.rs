@@ -4,7 +4,7 @@ use super::array::{Data, Kind};
 use super::{POINTS, Piece};
 use crate::input;
 
-/// What is left of a file.
+/// The rest of a file, still to be read.
 struct Rest<'a> {
     bytes: &'a [u8],
     text: bool,
