@@ -102,6 +102,8 @@ pub struct Setup {
     pub substeps: u32,
     /// Gravity (m/s^2).
     pub gravity: Vec3,
+    /// Bodies at rest all over the box, where something drives a flow through them.
+    fixed_array: Option<array::FixedArray>,
     /// Length of the run, hardware and output.
     pub plan: RunPlan,
     /// Text and files of the case.

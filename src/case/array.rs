@@ -35,7 +35,7 @@ pub(super) struct FixedArray {
 }
 
 impl FixedArray {
-    /// That of a case; none if some part of the box has no body at rest.
+    /// That of a case, by its particles; none if some part of the box has no body at rest. Takes up to seconds.
     pub(super) fn of(setup: &Setup) -> Option<Self> {
         let rests = |p: &&Particle| setup.motions[p.template as usize].rests();
         let bodies = setup.particles.iter().filter(rests);

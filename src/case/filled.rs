@@ -8,6 +8,12 @@ use crate::wall::Surface;
 /// Points per diameter of the smallest body, and at most per edge of the box.
 const PER_DIAMETER: f64 = 16.0;
 const MOST_POINTS: f64 = 192.0;
+/// Tests of points against a plane, about, above which there are fewer points: a second of one core.
+const MOST_TESTS: f64 = 3e8;
+/// Tests that one of a point against a body without faces counts for.
+const CURVED: f64 = 16.0;
+/// Least points along an edge of a part of the box.
+const PER_PART: usize = 8;
 
 /// Points of the box outside of walls, and those of them that are in bodies.
 pub(super) struct Filled {
@@ -29,9 +35,16 @@ impl Filled {
         let shape = |body: &Particle| &templates[body.template as usize].shape;
         let smallest =
             bodies.clone().map(|body| shape(body).equivalent_diameter()).fold(size.min(), f64::min);
-        let points: [usize; 3] = std::array::from_fn(|axis| {
-            (PER_DIAMETER * size[axis] / smallest).ceil().clamp(1.0, MOST_POINTS) as usize
+        let tests = bodies.clone().map(|body| {
+            let (lo, hi) = shape(body).bounds(&body.orientation());
+            let inside = Vec3::from_fn(|axis, _| {
+                let edge = hi[axis] - lo[axis];
+                if domain.periodic[axis] { edge } else { edge.min(size[axis]) }
+            });
+            inside.product() * shape(body).as_polyhedron().map_or(CURVED, |body| body.faces.len() as f64)
         });
+        let tests = walls.len() as f64 * domain.volume() + tests.sum::<f64>();
+        let points = points(&size, smallest, tests);
         let apart = Vec3::from_fn(|axis, _| size[axis] / points[axis] as f64);
         let at = |n: [i64; 3]| Vec3::from_fn(|axis, _| (n[axis] as f64 + 0.5) * apart[axis]);
         let count = points.iter().product();
@@ -56,7 +69,8 @@ impl Filled {
         filled
     }
 
-    /// Calls `visit` with the index and the place of the points from `first` to `last` that are in the box or one of its periodic images.
+    /// Calls `visit` with the index and the indices along the axes of the points from `first` to `last` that are in the box or one of its
+    /// periodic images.
     fn each(
         &mut self,
         first: [i64; 3],
@@ -64,20 +78,17 @@ impl Filled {
         domain: &Domain,
         mut visit: impl FnMut(&mut Self, usize, [i64; 3]),
     ) {
-        let [nx, ny, nz] = self.points.map(|n| n as i64);
-        let inside = |axis: usize, n: i64, count: i64| {
-            let wrapped = if domain.periodic[axis] { n.rem_euclid(count) } else { n };
-            (0..count).contains(&wrapped).then_some(wrapped)
-        };
-        for z in first[2]..=last[2] {
-            for y in first[1]..=last[1] {
-                let (Some(row), Some(plane)) = (inside(1, y, ny), inside(2, z, nz)) else {
-                    continue;
-                };
-                for x in first[0]..=last[0] {
-                    if let Some(column) = inside(0, x, nx) {
-                        visit(self, (column + nx * (row + ny * plane)) as usize, [x, y, z]);
-                    }
+        let counts = self.points.map(|n| n as i64);
+        let [x, y, z] = std::array::from_fn(|axis| {
+            let (first, last) = (first[axis], last[axis]);
+            if domain.periodic[axis] { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
+        });
+        let wrapped = |axis: usize, n: i64| n.rem_euclid(counts[axis]);
+        for z in z {
+            for y in y.clone() {
+                let row = counts[0] * (wrapped(1, y) + counts[1] * wrapped(2, z));
+                for x in x.clone() {
+                    visit(self, (wrapped(0, x) + row) as usize, [x, y, z]);
                 }
             }
         }
@@ -88,8 +99,10 @@ impl Filled {
         self.volume * self.solid.iter().filter(|solid| **solid).count() as f64
     }
 
-    /// Least volume fraction of bodies in as many parts of the box along each axis, walls left out (-).
+    /// Least volume fraction of bodies in as many parts of the box along each axis, or as many as there are points for, walls left out (-).
     pub(super) fn least_fraction(&self, parts: [usize; 3]) -> f64 {
+        let parts: [usize; 3] =
+            std::array::from_fn(|axis| parts[axis].min(self.points[axis] / PER_PART).max(1));
         let mut counts = vec![[0_u32; 2]; parts.iter().product()];
         let [nx, ny, _] = self.points;
         for (index, (free, solid)) in self.free.iter().zip(&self.solid).enumerate() {
@@ -101,5 +114,46 @@ impl Filled {
         }
         let fractions = counts.iter().filter(|[free, _]| *free > 0);
         fractions.map(|[free, solid]| f64::from(*solid) / f64::from(*free)).fold(1.0, f64::min)
+    }
+}
+
+/// Points along each edge of the box, as of a smallest body of this diameter (m); fewer where the tests that each density of points makes
+/// (m^3) would be too many.
+fn points(size: &Vec3, smallest: f64, tests: f64) -> [usize; 3] {
+    let fine = size.map(|edge| (PER_DIAMETER * edge / smallest).ceil().clamp(1.0, MOST_POINTS));
+    let all = tests * fine.product() / size.product();
+    let coarser = libm::cbrt(MOST_TESTS / all).min(1.0);
+    std::array::from_fn(|axis| (fine[axis] * coarser).ceil() as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Filled, points};
+    use crate::case::from_text;
+    use crate::math::Vec3;
+
+    #[test]
+    fn bodies_of_many_faces_are_counted_at_fewer_points() {
+        let box_of = Vec3::new(1.0, 1.0, 2.0);
+        assert_eq!(points(&box_of, 0.5, 1.0), [32, 32, 64]);
+        // 4096 faces in all of the box: 4096 * 41^3 < 3e8 < 4096 * 42^3.
+        assert_eq!(points(&box_of, 1e-3, 4096.0 * 2.0), [42; 3]);
+    }
+
+    #[test]
+    fn only_the_part_of_a_long_plate_that_is_in_a_closed_box_is_visited() {
+        let text = "domain = { size = [4e-3, 4e-3, 4e-3], periodic = [false, false, false] }\n\
+                    fluid = { density = 1000, viscosity = 1e-5 }\n\
+                    lattice = { cells_per_diameter = 8, relaxation_time = 0.8 }\n\
+                    run.end.steps = 1\n\
+                    particles = [{ shape.sphere.diameter = 1e-3, density = 2500, list = [[2e-3, 2e-3, 2e-3]] }]\n";
+        let setup = from_text(text, "plate", &[]).unwrap_or_else(|e| panic!("{e}"));
+        let mut filled = Filled::by(&setup.domain, &[], &setup.templates, setup.particles.iter());
+        let mut visited = 0;
+        let far = 1_000_000_000_000;
+        filled.each([-far, 3, -far], [far, 4, -1], &setup.domain, |_, _, _| visited += 1);
+        assert_eq!(visited, 0);
+        filled.each([-far, 3, -far], [far, 4, 0], &setup.domain, |_, _, _| visited += 1);
+        assert_eq!(visited, filled.points[0] * 2);
     }
 }

@@ -23,6 +23,8 @@ const MOST_SIZES: usize = 10_000;
 const MOST_FACES: usize = 500_000;
 /// Factor on lengths below which it may be a length itself.
 const DOUBTFUL_FACTOR: f64 = 0.05;
+/// Factor below which no run resolves a body beside one of the shape as written.
+const LEAST_FACTOR: f64 = 5e-3;
 
 /// One `[[particles]]` section.
 #[derive(Clone, Debug)]
@@ -67,7 +69,7 @@ pub(super) struct Kinds {
     pub(super) templates: Vec<Template>,
     /// Diameter of the sphere of the volume of the first shape as written (m).
     pub(super) diameter: f64,
-    /// What each section that names a file has read from it.
+    /// The contents of the file of each section that names one.
     pub(super) listed: Vec<Option<Listed>>,
     /// Notes on the meshes and positions files, ready to print.
     pub(super) notes: Vec<String>,
@@ -75,7 +77,12 @@ pub(super) struct Kinds {
 
 impl Kinds {
     /// Builds all kinds.
-    pub(super) fn new(document: &Document, materials: &Materials, files: &Files) -> Result<Self> {
+    pub(super) fn new(
+        document: &Document,
+        materials: &Materials,
+        files: &Files,
+        warnings: &mut Vec<String>,
+    ) -> Result<Self> {
         if document.case.particles.is_empty() {
             let remedy = "the diameter of the first kind is the reference length, and `count = 0` runs the fluid alone";
             return Err(document.error("particles", "the case has no `particles`", "", remedy));
@@ -123,7 +130,7 @@ impl Kinds {
                     })?;
                     scales.into_iter().map(|scale| (scale, 1.0)).collect()
                 }
-                None => sizes(document, &format!("{key}.sizes"), section, own)?,
+                None => sizes(document, &format!("{key}.sizes"), section, own, warnings)?,
             };
             let total: f64 = sizes.iter().map(|(_, share)| share).sum();
             if !total.is_finite() {
@@ -187,6 +194,7 @@ fn sizes(
     key: &str,
     section: &ParticleSection,
     diameter: f64,
+    warnings: &mut Vec<String>,
 ) -> Result<Vec<(f64, f64)>> {
     let (given, sizes): (Vec<f64>, Vec<(f64, f64)>) = match &section.sizes {
         None => return Ok(vec![(1.0, 1.0)]),
@@ -213,11 +221,18 @@ fn sizes(
         let list =
             |unit: f64| given.iter().map(|size| (size / unit).to_string()).collect::<Vec<_>>().join(", ");
         let title = format!(
-            "`{key}` are factors on the lengths of the shape, whose diameter is {diameter} m, but look like lengths: {}",
+            "`{key}` are factors on the lengths of the shape, whose diameter is {diameter} m: are lengths meant, {} m?",
             list(1.0)
         );
-        let remedy = format!("divide them by the diameter: {}", list(diameter));
-        return Err(document.error(key, &title, "factors, not metres", &remedy));
+        let remedy = format!(
+            "if so, divide them by the diameter: {}; if not, write a smaller shape with larger factors",
+            list(diameter)
+        );
+        let label = "factors, not metres";
+        if given.iter().all(|size| *size < LEAST_FACTOR) {
+            return Err(document.error(key, &title, label, &remedy));
+        }
+        warnings.push(document.warning(key, &title, label, &remedy));
     }
     Ok(sizes)
 }

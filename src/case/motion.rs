@@ -35,7 +35,7 @@ pub(super) fn motions(document: &Document, time_step: f64) -> Result<Vec<Prescri
         .collect()
 }
 
-/// Says that the force of the fluid on bodies with prescribed motion holds their buoyancy, and where it is without.
+/// Says that the force of the fluid on bodies with prescribed motion includes their buoyancy, and where it is without.
 pub(super) fn buoyancy(setup: &Setup) -> Option<String> {
     let density = setup.fluid_density();
     let of = |section: usize| -> f64 {
@@ -44,16 +44,16 @@ pub(super) fn buoyancy(setup: &Setup) -> Option<String> {
             .map(|template| density * setup.templates[template].shape.volume() * setup.gravity.norm())
             .sum()
     };
-    let held = setup.prescribed_sections().into_iter().map(|section| (section, of(section)));
-    let held: Vec<String> = held
+    let forces = setup.prescribed_sections().into_iter().map(|section| (section, of(section)));
+    let forces: Vec<String> = forces
         .filter(|(_, force)| *force > 0.0)
         .map(|(section, force)| format!("{force:.4e} N on `particles.{section}`"))
         .collect();
-    (!held.is_empty()).then(|| {
+    (!forces.is_empty()).then(|| {
         format!(
             "`hydrodynamic_force` of bodies with prescribed motion includes buoyancy, {}; `drag` of series.csv and summary.json is without \
              (driving.gravity = 0 leaves buoyancy out)",
-            held.join(", ")
+            forces.join(", ")
         )
     })
 }

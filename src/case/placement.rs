@@ -27,7 +27,7 @@ pub(super) struct Placer<'a> {
     /// Volume of the box outside of walls (m^3).
     pub(super) free_volume: f64,
     /// Templates whose whole motion is prescribed: their bodies may overlap each other and walls.
-    pub(super) held: &'a [bool],
+    pub(super) prescribed: &'a [bool],
     /// Distance by which surfaces are grown for contacts (m); 0 without contacts.
     pub(super) enlargement: f64,
 }
@@ -47,14 +47,14 @@ struct Placed {
 }
 
 impl Placer<'_> {
-    /// All particles, ascending ids; those at random, unless `places`, are only counted. True if bodies that are [held](Self::held) overlap
-    /// each other or a wall.
+    /// All particles, ascending ids; those at random, unless `places`, are only counted. The volume (m^3) is that by which listed bodies
+    /// with [prescribed](Self::prescribed) motion fill less of the box than each of them alone, as they overlap each other or walls.
     pub(super) fn place(
         &self,
         places: bool,
         warnings: &mut Vec<String>,
         notes: &mut Vec<String>,
-    ) -> Result<(Vec<Particle>, Counts, bool)> {
+    ) -> Result<(Vec<Particle>, Counts, f64)> {
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, kind) in self.document.case.particles.iter().enumerate() {
@@ -86,20 +86,33 @@ impl Placer<'_> {
         let overlap = self.refuse_overlaps(&placed)?;
         warnings.extend(self.grown_overlaps(&placed));
         let mut particles: Vec<Particle> = placed.into_iter().map(|p| p.particle).collect();
+        let filled = overlap.then(|| self.filled(&particles));
+        let shared = filled.map_or(0.0, |filled| self.prescribed_volume(&particles) - filled);
         let mut counted = Vec::new();
         if places {
-            self.pack(&random, &mut particles, overlap, warnings)?;
+            self.pack(&random, &mut particles, filled, warnings)?;
         } else {
             counted.extend(random.iter().flat_map(|&(index, count)| self.allot(index, count)));
         }
         particles.sort_by_key(|p| p.id);
-        Ok((particles, counted, overlap))
+        Ok((particles, counted, shared))
     }
 
-    /// What bodies fill of the box outside of walls, where they overlap.
-    pub(super) fn filled<'b>(&self, bodies: impl Iterator<Item = &'b Particle> + Clone) -> Filled {
+    fn is_prescribed(&self, particle: &Particle) -> bool {
+        self.prescribed[particle.template as usize]
+    }
+
+    /// Volume (m^3) of the box outside of walls that bodies with prescribed motion fill, where they overlap.
+    fn filled(&self, particles: &[Particle]) -> f64 {
         let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
-        Filled::by(&self.domain, &walls, &self.kinds.templates, bodies)
+        let bodies = particles.iter().filter(|p| self.is_prescribed(p));
+        Filled::by(&self.domain, &walls, &self.kinds.templates, bodies).solid_volume()
+    }
+
+    /// Volume (m^3) of bodies with prescribed motion, each alone.
+    fn prescribed_volume(&self, particles: &[Particle]) -> f64 {
+        let bodies = particles.iter().filter(|p| self.is_prescribed(p));
+        bodies.map(|p| self.template(p).shape.volume()).sum()
     }
 
     fn template(&self, particle: &Particle) -> &Template {
@@ -216,4 +229,4 @@ impl Placer<'_> {
 }
 
 #[cfg(test)]
-mod held_tests;
+mod prescribed_tests;

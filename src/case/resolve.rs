@@ -1,5 +1,6 @@
 //! From what the user wrote to what a run needs: every derived number, and every check on the way.
 
+use super::array::FixedArray;
 use super::checks::{Clock, Document};
 use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls, saved_text};
@@ -19,7 +20,7 @@ use crate::error::Result;
 use crate::wall::Wall;
 use std::path::Path;
 
-/// Relative difference of a volume fraction from the one that was asked for that is worth a warning.
+/// Relative difference of a volume fraction from the requested one that is worth a warning.
 const ROUNDED: f64 = 0.03;
 
 /// Reads a case file, applies `--set` options, checks everything and derives every number.
@@ -114,7 +115,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let mut warnings = Vec::new();
     let medium = Medium::of(document)?;
     let materials = Materials::new(document)?;
-    let mut kinds = Kinds::new(document, &materials, &files)?;
+    let mut kinds = Kinds::new(document, &materials, &files, &mut warnings)?;
     let mut notes = std::mem::take(&mut kinds.notes);
     let templates = &kinds.templates;
     let lattice = document.case.lattice.as_ref();
@@ -150,22 +151,22 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         Medium::Dry(section) => (dry::time_step(section, substeps, templates, &materials), None),
     };
     let motions = motions(document, time_step)?;
-    let held = kinds.of_each(|section, _| motions[section].is_complete());
+    let prescribed = kinds.of_each(|section, _| motions[section].is_complete());
     let placer = Placer {
         document,
         domain,
         kinds: &kinds,
         walls: &walls,
         free_volume: free_volume(&domain, &walls),
-        held: &held,
+        prescribed: &prescribed,
         enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
-    let (mut particles, random, overlap) = placer.place(places, &mut warnings, &mut notes)?;
+    let (mut particles, random, shared) = placer.place(places, &mut warnings, &mut notes)?;
     if let Some(flow) = fluid.as_ref().and_then(|fluid| fluid.start) {
         flow.carry(&placer, &motions, &mut particles);
     }
     if contact.is_some() {
-        refuse_double_contacts(document, &domain, (&reaches, &held), (kinds.diameter, &particles))?;
+        refuse_double_contacts(document, &domain, (&reaches, &prescribed), (kinds.diameter, &particles))?;
     }
     let counts: Vec<(usize, usize)> =
         (particles.iter().map(|p| (p.template as usize, 1))).chain(random).collect();
@@ -173,13 +174,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let volume = |counts: &mut dyn Iterator<Item = &(usize, usize)>| {
         counts.fold(0.0, |sum, &(template, count)| sum + count as f64 * templates[template].shape.volume())
     };
-    let mut solid_volume = volume(&mut counts.iter());
-    if overlap {
-        let fixed = particles.iter().filter(|p| held[p.template as usize]);
-        let alone: f64 = fixed.clone().map(|p| templates[p.template as usize].shape.volume()).sum();
-        solid_volume += placer.filled(fixed).solid_volume() - alone;
-    }
-    let volume_fraction = solid_volume / placer.free_volume;
+    let volume_fraction = (volume(&mut counts.iter()) - shared) / placer.free_volume;
     let mut requested_volume_fraction = volume_fraction;
     for (index, kind) in kinds.sections.iter().enumerate() {
         if let Some(requested) = document.case.particles[index].volume_fraction {
@@ -219,6 +214,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         engine,
         substeps,
         gravity,
+        fixed_array: None,
         plan,
         provenance: Provenance {
             name: name.to_string(),
@@ -229,6 +225,9 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             notes,
         },
     };
+    if (0..3).any(|axis| setup.drives(axis)) {
+        setup.fixed_array = FixedArray::of(&setup);
+    }
     if let Medium::Fluid(fluid, lattice) = medium {
         let written = Written { document, fluid, lattice, setup: &setup, present, walls: wall_keys };
         let found = written.judge()?;
@@ -247,11 +246,11 @@ fn rounded(document: &Document, index: usize, [requested, actual]: [f64; 2], cou
     let (particles, each) =
         (if count == 1 { "particle makes" } else { "particles make" }, actual / count as f64);
     let title = format!("`{key}` is {requested}, but {count} whole {particles} it {actual:.4}");
-    let remedy = format!(
-        "`count = {}` makes it {:.4}; a larger box comes nearer",
-        count - 1,
-        each * (count - 1) as f64
-    );
+    let fewer = match count - 1 {
+        0 => String::new(),
+        fewer => format!("`count = {fewer}` makes it {:.4}; ", each * fewer as f64),
+    };
+    let remedy = format!("{fewer}a larger box comes nearer");
     Some(document.warning(&key, &title, "rounded up to whole particles", &remedy))
 }
 

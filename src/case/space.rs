@@ -174,12 +174,12 @@ fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warning
 
 /// Refuses a box in which a pair could touch through two images: the engine sees only the nearest one.
 ///
-/// `reaches` (m) are those of the templates, grown for contacts; two bodies that are `held` by their prescribed motion exert no force on
+/// `reaches` (m) are those of the templates, grown for contacts; two bodies that are `prescribed` in their whole motion exert no force on
 /// each other.
 pub(super) fn refuse_double_contacts(
     document: &Document,
     domain: &Domain,
-    (reaches, held): (&[f64], &[bool]),
+    (reaches, prescribed): (&[f64], &[bool]),
     (diameter, particles): (f64, &[Particle]),
 ) -> Result<()> {
     let reach = |p: &Particle| reaches[p.template as usize];
@@ -187,7 +187,7 @@ pub(super) fn refuse_double_contacts(
         let others = particles
             .iter()
             .enumerate()
-            .filter(|(n, p)| Some(*n) != except && !(free && held[p.template as usize]));
+            .filter(|(n, p)| Some(*n) != except && !(free && prescribed[p.template as usize]));
         others.map(|(n, p)| (n, reach(p))).max_by(|a, b| a.1.total_cmp(&b.1))
     };
     let Some((first, largest_free)) = largest(None, true) else {

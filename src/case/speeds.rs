@@ -12,7 +12,6 @@
 //!
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
-use super::array::FixedArray;
 use super::hertz::STEPS_PER_CONTACT;
 use super::scales::Reference;
 use super::{FluidSetup, Setup};
@@ -33,11 +32,11 @@ pub struct DrivenFlow {
     pub speed: f64,
     /// Smallest distance of walls across the flow (m); the diameter of the particles where these bound it, or nothing does.
     pub length: f64,
-    /// What holds the flow back.
+    /// The obstacle that keeps the flow from getting faster.
     pub bound: Bound,
 }
 
-/// What bounds a driven flow.
+/// Bound of a driven flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Bound {
     /// The end of the run alone.
@@ -55,7 +54,7 @@ pub struct Impact {
     pub template: usize,
     /// Relative speed (m/s).
     pub speed: f64,
-    /// What makes them meet.
+    /// The cause for which they meet.
     pub cause: &'static str,
     /// Steps of the particles that it lasts.
     pub steps: f64,
@@ -79,18 +78,17 @@ impl Setup {
     /// The flow that the body acceleration drives, if there is one.
     pub fn driven_flow(&self) -> Option<DrivenFlow> {
         let fluid = self.fluid.as_ref()?;
-        let drives = |&axis: &usize| self.domain.periodic[axis] && fluid.body_acceleration[axis] != 0.0;
-        let array = if (0..3).any(|axis| drives(&axis)) { FixedArray::of(self) } else { None };
         let mut flow = DrivenFlow { speed: 0.0, length: self.diameter, bound: Bound::Run };
-        for axis in (0..3).filter(drives) {
+        for axis in (0..3).filter(|&axis| self.drives(axis)) {
             let acceleration = fluid.body_acceleration[axis].abs();
             let width = self.width_across(axis);
             let between_walls = steady_speed(acceleration, width, fluid.viscosity);
-            let among_bodies =
-                array.map_or(f64::INFINITY, |array| array.largest_speed(acceleration, fluid.viscosity));
+            let among_bodies = self
+                .fixed_array
+                .map_or(f64::INFINITY, |array| array.largest_speed(acceleration, fluid.viscosity));
             let speed = between_walls.min(among_bodies).min(acceleration * self.end_time());
             if speed > flow.speed {
-                (flow.length, flow.bound) = match array {
+                (flow.length, flow.bound) = match self.fixed_array {
                     Some(array) if among_bodies < between_walls => (array.diameter, Bound::Bodies),
                     _ if width.is_finite() => (width, Bound::Walls),
                     _ => (self.diameter, Bound::Run),
@@ -99,6 +97,12 @@ impl Setup {
             flow.speed = libm::hypot(flow.speed, speed);
         }
         (flow.speed > 0.0).then_some(flow)
+    }
+
+    /// True if the body acceleration drives the fluid along an axis.
+    pub(super) fn drives(&self, axis: usize) -> bool {
+        let fluid = self.fluid.as_ref();
+        self.domain.periodic[axis] && fluid.is_some_and(|fluid| fluid.body_acceleration[axis] != 0.0)
     }
 
     /// Width (m) of the slit whose flow along an axis is at least as fast as that between the walls of the case.
@@ -386,8 +390,8 @@ mod tests {
         assert_eq!(setup(&[fixed, pair, "driving.gravity=9.81"]).impact(), None);
         assert!(setup(&[fixed, pair, "driving.gravity=9.81"]).resting_depths().is_empty());
         let sideways = "particles.0.motion={ free = [\"x\"] }";
-        let held = setup(&[sideways, pair, "driving.gravity=1e-3", "driving.body_acceleration=[0, 0, 0]"]);
-        assert_eq!((held.impact(), held.resting_depths()), (None, Vec::new()), "gravity is along z");
+        let carried = setup(&[sideways, pair, "driving.gravity=1e-3", "driving.body_acceleration=[0, 0, 0]"]);
+        assert_eq!((carried.impact(), carried.resting_depths()), (None, Vec::new()), "gravity is along z");
     }
 
     #[test]

@@ -55,16 +55,12 @@ impl Placer<'_> {
         Ok(self.refuse_in_walls(placed, &contours)? || pairs)
     }
 
-    fn is_held(&self, placed: &Placed) -> bool {
-        self.held[placed.particle.template as usize]
-    }
-
     fn refuse_pairs(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<bool> {
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
         let grown = |i: usize| &contours[placed[i].particle.template as usize];
         let radius = |i: usize| grown(i).shape.circumradius() + grown(i).enlargement;
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
-        let (mut first, mut overlaps, mut held) = (None, Overlaps::default(), false);
+        let (mut first, mut overlaps, mut accepted) = (None, Overlaps::default(), false);
         for [a, b] in self.near(&positions, &reaches) {
             let direct = positions[b] - positions[a];
             let offset = self.domain.nearest_image(direct);
@@ -75,8 +71,8 @@ impl Placer<'_> {
             if depth <= most {
                 continue;
             }
-            if self.is_held(&placed[a]) && self.is_held(&placed[b]) {
-                held = true;
+            if self.is_prescribed(&placed[a].particle) && self.is_prescribed(&placed[b].particle) {
+                accepted = true;
                 continue;
             }
             first.get_or_insert((a, b));
@@ -97,7 +93,7 @@ impl Placer<'_> {
             });
         }
         let Some((a, b)) = first else {
-            return Ok(held);
+            return Ok(accepted);
         };
         let pairs = if overlaps.count == 1 { "pair" } else { "pairs" };
         let title = format!("{} {pairs} of particles overlap at the start", overlaps.count);
@@ -119,7 +115,7 @@ impl Placer<'_> {
         let reaches: Vec<f64> = bodies.iter().map(|body| body.grown.shape.circumradius() + gap).collect();
         let pairs = if gap > 0.0 { self.near(&positions, &reaches) } else { Vec::new() };
         // Two bodies whose whole motion is prescribed exert no force on each other.
-        let moves = |i: usize| !self.is_held(&placed[i]);
+        let moves = |i: usize| !self.is_prescribed(&placed[i].particle);
         let depths = pairs.into_iter().filter(|&[a, b]| moves(a) || moves(b)).map(|[a, b]| {
             let offset = self.domain.nearest_image(positions[b] - positions[a]);
             depth_of(&[bodies[a], bodies[b]], offset)
@@ -145,7 +141,7 @@ impl Placer<'_> {
     }
 
     fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<bool> {
-        let (mut first, mut overlaps, mut deepest, mut held) = (None, Overlaps::default(), 0.0, false);
+        let (mut first, mut overlaps, mut deepest, mut accepted) = (None, Overlaps::default(), 0.0, false);
         for p in placed {
             let body = body(contours, &p.particle);
             let most = allowed(p.in_motion) * body.grown.shape.circumradius();
@@ -153,8 +149,8 @@ impl Placer<'_> {
                 let depth = depth_in(&wall.wall.surface, &body, p.particle.position());
                 if let Some(depth) = depth.filter(|depth| *depth > most) {
                     let clearance = wall.wall.surface.distance(p.particle.position());
-                    if self.is_held(p) && clearance >= -body.grown.shape.circumradius() {
-                        held = true;
+                    if self.is_prescribed(&p.particle) && clearance >= -body.grown.shape.circumradius() {
+                        accepted = true;
                         continue;
                     }
                     first.get_or_insert(p);
@@ -166,7 +162,7 @@ impl Placer<'_> {
             }
         }
         let Some(first) = first else {
-            return Ok(held);
+            return Ok(accepted);
         };
         let particles = if overlaps.count == 1 { "particle overlaps" } else { "particles overlap" };
         let title = format!("{} {particles} a wall at the start", overlaps.count);

@@ -53,20 +53,17 @@ impl Placer<'_> {
     }
 
     /// Adds the random particles, at a distance from all others: by default one at which none begins in contact. Warns if there
-    /// is no room for that, or if the case asks for less. Bodies that are held may `overlap`.
+    /// is no room for that, or if the case asks for less. Where bodies with prescribed motion overlap, they have `filled` this volume (m^3).
     pub(super) fn pack(
         &self,
         random: &[(usize, usize)],
         particles: &mut Vec<Particle>,
-        overlap: bool,
+        filled: Option<f64>,
         warnings: &mut Vec<String>,
     ) -> Result<()> {
         let Some(&(first, _)) = random.first() else {
             return Ok(());
         };
-        // Of bodies that overlap each other or a wall.
-        let held = |p: &&Particle| self.held[p.template as usize];
-        let held = overlap.then(|| self.filled(particles.iter().filter(held)).solid_volume());
         for &(index, count) in random {
             self.refuse_too_many(index, count)?;
         }
@@ -77,14 +74,14 @@ impl Placer<'_> {
                 warnings.push(self.begins_in_contact(index, gap, clear));
             }
         }
-        let Err(refused) = self.pack_with((first, random), particles, clear, held) else {
+        let Err(refused) = self.pack_with((first, random), particles, clear, filled) else {
             return Ok(());
         };
         let mut by_default = random.iter().map(|&(index, _)| index);
         let Some(index) = by_default.find(|&index| asked(index).is_none() && clear > 0.0) else {
             return Err(refused);
         };
-        self.pack_with((first, random), particles, 0.0, held)?;
+        self.pack_with((first, random), particles, 0.0, filled)?;
         let radii = self.kinds.sections[index].templates().map(|t| self.radius(t));
         let gap = 2.0 * radii.fold(0.0, f64::max) * packing::DEFAULT_GAP;
         warnings.push(self.begins_in_contact(index, gap, clear));
@@ -110,14 +107,13 @@ impl Placer<'_> {
         self.document.warning(&format!("particles.{index}.minimum_gap"), &title, label, &remedy)
     }
 
-    /// As [`pack`](Self::pack), with default gaps of at least `clear` (m) round bodies of which those `held` fill this volume (m^3), if they
-    /// overlap.
+    /// As [`pack`](Self::pack), with default gaps of at least `clear` (m) round other bodies.
     fn pack_with(
         &self,
         (first, random): (usize, &[(usize, usize)]),
         particles: &mut Vec<Particle>,
         clear: f64,
-        held: Option<f64>,
+        filled: Option<f64>,
     ) -> Result<()> {
         let templates = &self.kinds.templates;
         let mut gaps = vec![0.0; templates.len()];
@@ -141,9 +137,9 @@ impl Placer<'_> {
         let balls: Vec<Ball> = drawn.iter().map(|&template| ball(template)).collect();
         let cube = |length: f64| length * length * length;
         // Bodies that overlap leave the rest of the box.
-        let room = (self.free_volume - held.unwrap_or(0.0)).max(1e-3 * self.free_volume);
+        let room = (self.free_volume - filled.unwrap_or(0.0)).max(1e-3 * self.free_volume);
         let fraction = |grow: f64| {
-            let counted = |p: &Particle| held.is_none() || !self.held[p.template as usize];
+            let counted = |p: &Particle| filled.is_none() || !self.is_prescribed(p);
             let listed = particles.iter().zip(&fixed).filter(|(p, _)| counted(p)).map(|(_, (_, ball))| ball);
             let volume = |b: &Ball| 4.0 / 3.0 * std::f64::consts::PI * cube(b.radius + grow * b.half_gap);
             listed.chain(&balls).map(volume).sum::<f64>() / room

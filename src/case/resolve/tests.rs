@@ -427,6 +427,8 @@ fn a_volume_fraction_that_whole_particles_miss_is_said_with_the_numbers_on_both_
     let [warning] = &rounded.provenance.warnings[..] else { panic!("{:?}", rounded.provenance.warnings) };
     assert!(warning.contains("is 0.05, but 7 whole particles make it 0.0573"), "{warning}");
     assert!(warning.contains("`count = 6` makes it 0.0491"), "{warning}");
+    let one = &box_of("4", 0.006).provenance.warnings[0];
+    assert!(one.contains("1 whole particle makes it 0.0082") && !one.contains("`count = 0`"), "{one}");
     assert!(box_of("8", 0.1).provenance.warnings.is_empty());
     let counted = setup(&["particles.0={ shape.sphere.diameter = 1.5e-3, density = 3300, count = 5 }"]);
     assert_eq!(counted.requested_volume_fraction.to_bits(), counted.volume_fraction.to_bits());

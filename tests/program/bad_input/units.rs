@@ -4,7 +4,7 @@ use super::all_refused;
 use crate::common::case::{SPHERES, changed};
 use crate::common::{Place, has};
 
-/// What `check` says of the good case with one thing changed.
+/// The words of `check` on the good case with one thing changed.
 fn said(good: &str, other: &str) -> String {
     Place::new(&changed(SPHERES, &[(good, other)])).well(&["check", "case.toml"])
 }
@@ -55,7 +55,7 @@ fn a_box_of_metres_for_particles_of_millimetres_is_asked_for_its_unit() {
 }
 
 #[test]
-fn sizes_that_are_lengths_are_refused_with_the_factors_that_are_meant() {
+fn sizes_that_are_lengths_and_too_small_for_factors_are_refused_with_those_that_are_meant() {
     all_refused(&[
         (
             "seed = 1",
@@ -73,6 +73,14 @@ fn sizes_that_are_lengths_are_refused_with_the_factors_that_are_meant() {
             &["bad.toml:17:9", "`particles.0.sizes` are factors", "divide them by the diameter: 2"],
         ),
     ]);
+}
+
+#[test]
+fn sizes_that_may_be_lengths_or_factors_are_asked_for_what_they_are() {
+    let dry = "[domain]\nsize = [4e-2, 4e-2, 4e-2]\n[dry]\nimpact_speed = 1\n[[particles]]\n\
+               shape.sphere.diameter = 1e-2\ndensity = 2500\ncount = 2\nsizes.uniform = [0.02, 0.04]\n[run]\nend.steps = 5\n";
+    let said = Place::new(dry).well(&["check", "case.toml"]);
+    has(&said, &["are lengths meant, 0.02, 0.04 m?", "if so, divide them by the diameter: 2, 4;"]);
 }
 
 #[test]

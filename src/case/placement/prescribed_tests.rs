@@ -1,6 +1,6 @@
 //! Bodies that are fixed, or moved as prescribed, where they overlap each other and walls.
 
-use crate::case::{Setup, from_text};
+use crate::case::{Setup, from_saved_anew, from_text};
 use crate::error::Result;
 
 const TEXT: &str = "domain = { size = [4e-3, 4e-3, 4e-3], periodic = [true, true, false] }\n\
@@ -55,6 +55,19 @@ fn what_overlapping_bodies_share_and_what_is_in_a_wall_counts_once_in_the_volume
     near(fraction("[[1e-3, 1e-3, 0]]"), 0.5 * ball);
     // The lens of two spheres of radius R at a distance of R has 5/16 of the volume of one.
     near(fraction("[[1e-3, 1e-3, 2e-3], [1.5e-3, 1e-3, 2e-3]]"), (2.0 - 5.0 / 16.0) * ball);
+}
+
+#[test]
+fn overlapping_bodies_beside_random_ones_have_the_same_volume_fraction_before_those_are_placed() {
+    let sections = "particles=[{ shape.sphere.diameter = 1e-3, density = 2500, motion = \"fixed\", \
+                    list = [[1e-3, 2e-3, 2e-3], [1.5e-3, 2e-3, 2e-3]] }, \
+                    { shape.sphere.diameter = 5e-4, density = 2500, motion = \"fixed\", count = 20 }]";
+    let options = [sections.to_string()];
+    let fraction = |places: bool| {
+        from_saved_anew("bed", TEXT, &[], &options, places).unwrap_or_else(|e| panic!("{e}")).volume_fraction
+    };
+    let (counted, placed) = (fraction(false), fraction(true));
+    assert!((counted / placed - 1.0).abs() < 1e-12, "{counted} is not {placed}");
 }
 
 #[test]
