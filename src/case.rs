@@ -62,6 +62,7 @@ pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub use schedule::CHECKPOINT_INTERVAL;
+pub(crate) use schedule::of_machine;
 #[doc(hidden)]
 pub use source::{Source, nearest};
 pub use speeds::{Bound, DrivenFlow, Impact};

@@ -11,7 +11,7 @@ use super::motion::{buoyancy, motions};
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Written;
-use super::schedule::{Known, are_few, names, reschedule, title};
+use super::schedule::{Known, are_few, of_machine, reschedule, title};
 use super::source::Source;
 use super::space::{domain, refuse_double_contacts, refuse_what_is_too_large};
 use super::walls::{free_volume, walls};
@@ -87,9 +87,7 @@ pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &O
 /// # Errors
 /// As [`load`]; and for an option that names any other key than those below `run.` and `output.`.
 pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: &[String]) -> Result<Setup> {
-    // This processor may lack what the one had that the run comes from.
-    let simd: Vec<String> = (options.iter().filter(|option| names(option, "run.simd")).cloned()).collect();
-    let mut setup = from_saved_anew(name, text, files, &simd, true)?;
+    let mut setup = from_saved_anew(name, text, files, &of_machine(options), true)?;
     if !options.is_empty() {
         reschedule(&mut setup, text, options)?;
     }

@@ -107,6 +107,12 @@ pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (
     surface_triangles(templates, counts) <= FEW_TRIANGLES
 }
 
+/// The options that fit a saved case to this machine, which may lack what the one had that the run comes from.
+pub(crate) fn of_machine(options: &[String]) -> Vec<String> {
+    let is_one = |option: &&String| ["run.simd", "run.device"].iter().any(|key| names(option, key));
+    options.iter().filter(is_one).cloned().collect()
+}
+
 /// True if an option sets this key or one below it.
 pub(super) fn names(option: &str, key: &str) -> bool {
     let (path, _) = split(option);

@@ -33,6 +33,7 @@ use crate::error::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
 #[cfg(target_os = "linux")]
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
@@ -395,6 +396,12 @@ fn lock(directory: &Path) -> Result<Option<Lock>> {
     }
 }
 
+/// True if an open directory still has this name. While it is open, no other one gets its number.
+pub fn is_named(open: &fs::File, path: &Path) -> bool {
+    let number = |told: fs::Metadata| [told.dev(), told.ino()];
+    open.metadata().is_ok_and(|own| fs::metadata(path).is_ok_and(|named| number(named) == number(own)))
+}
+
 fn refused(directory: &Path, source: &io::Error) -> Error {
     Error::Input(format!(
         "cannot write to the output directory {}: {source}\n  \
@@ -421,15 +428,13 @@ fn probe(directory: &Path) -> io::Result<()> {
 /// A new file without a name.
 fn nameless(directory: &Path) -> io::Result<fs::File> {
     #[cfg(target_os = "linux")]
-    match fs::File::options().write(true).custom_flags(libc::O_TMPFILE).open(directory) {
-        // Not every file system has such files.
-        Err(error)
-            if matches!(error.raw_os_error(), Some(libc::EOPNOTSUPP | libc::EISDIR | libc::ENOENT)) => {}
-        outcome => return outcome,
+    if let Ok(file) = fs::File::options().write(true).custom_flags(libc::O_TMPFILE).open(directory) {
+        return Ok(file);
     }
+    // Not every file system has such files: one with a name tells what is wrong otherwise.
     let path = directory.join(".turbid-probe");
     // As the directory is locked, one of the same name is a left-over.
-    remove(&path).map_err(io::Error::other)?;
+    let _ = fs::remove_file(&path);
     let file = fs::File::create_new(&path)?;
     fs::remove_file(&path).map(|()| file)
 }

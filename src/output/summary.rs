@@ -106,7 +106,7 @@ pub struct Summary {
     pub relative_viscosity_standard_error: Option<f64>,
     /// Shear rate between the plates (1/s).
     pub shear_rate: Option<f64>,
-    /// Shear rate times the time of the run (-).
+    /// Shear rate times the time of the run, from the branching point on for a branch (-).
     pub shear_strain: Option<f64>,
     /// Reynolds number of the shear, `shear_rate D^2 / nu` (-).
     pub shear_reynolds: Option<f64>,
@@ -195,7 +195,7 @@ pub struct ReferenceScales {
 pub struct NetFluxControl {
     /// Directions x, y, z along which it acts.
     pub directions: [bool; 3],
-    /// Mean acceleration over all steps (m/s^2).
+    /// Mean acceleration over all steps, from the branching point on for a branch (m/s^2).
     pub mean_acceleration: [f64; 3],
     /// Largest magnitude of the acceleration in a step (m/s^2).
     pub largest_acceleration: f64,

@@ -1,17 +1,18 @@
 //! Branches: runs that begin with the fluid and the particles of another one, in a directory of their own, whose case may differ.
 //!
 //! The lattice, the shapes and the walls are those of the origin. What else the state remembers is dropped where it no longer fits: the
-//! contacts if their model, the densities or the sub-steps differ; what the bodies left in the fluid if the coupling differs.
+//! contacts if their model, the materials, the densities or the sub-steps differ; what the bodies left in the fluid if the coupling differs.
 
 use super::checkpointer::{Shared, means_the_same, refuse_end, saved_head};
 use super::identity::physics;
 use super::{Simulation, identity};
 use crate::case::{self, Setup};
-use crate::checkpoint::{CaseText, Head};
+use crate::checkpoint::{CaseText, Head, agreed};
 use crate::dem::states;
 use crate::engine::EngineChoice;
 use crate::error::{Error, Result};
 use crate::output::OutputFiles;
+use crate::particle::Particle;
 use crate::wall::{Surface, Wall};
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
@@ -39,14 +40,10 @@ impl Branch {
     ///
     /// # Errors
     /// [`Error::Agreed`] if there is no checkpoint; those of the changed case; [`Error::Input`] for a change with which the fluid and the
-    /// particles cannot continue.
+    /// particles cannot continue. Collective.
     pub fn new(origin: &Path, changes: &[String], threads: Option<usize>, out: &Path) -> Result<Self> {
         let Head { step, case: CaseText { name, text, files, .. }, .. } = saved_head(origin)?;
-        // The processor may be another one.
-        let of_machine =
-            |change: &&String| change.starts_with("run.simd") || change.starts_with("run.device");
-        let of_machine: Vec<String> = changes.iter().filter(of_machine).cloned().collect();
-        let mut before = case::from_saved_anew(&name, &text, &files, &of_machine, false)?;
+        let mut before = case::from_saved_anew(&name, &text, &files, &case::of_machine(changes), false)?;
         let mut setup = case::from_saved_anew(&name, &text, &files, changes, true)?;
         setup.plan.output.directory = out.to_path_buf();
         setup.plan.threads = threads.unwrap_or(setup.plan.threads);
@@ -66,10 +63,11 @@ impl Branch {
             && same("contact")
             && same("substeps")
             && of_each(&then["templates"], &["density", "material"])
-                == of_each(&now["templates"], &["density", "material"]);
+                == of_each(&now["templates"], &["density", "material"])
+            && of_each(&then["walls"], &["material"]) == of_each(&now["walls"], &["material"]);
         if !keeps_contacts && [&before, &setup].iter().any(|setup| setup.engine != EngineChoice::Native) {
             return Err(Error::Input(
-                "a branch of a run with an external engine cannot change contacts, densities or the engine: the state is the engine's own"
+                "a branch of a run with an external engine cannot change contacts, materials, densities or the engine: the state is the engine's own"
                     .to_string(),
             ));
         }
@@ -125,9 +123,29 @@ impl Branch {
                 Ok(())
             },
         )?;
-        // It is that of the origin.
-        simulation.checkpoint = None;
+        simulation.begin_anew();
+        self.refuse_other_particles(simulation)?;
         Ok(skipped)
+    }
+
+    /// Refuses a simulation with other particles than those of the case, of which each has its section. Collective.
+    fn refuse_other_particles(&self, simulation: &Simulation) -> Result<()> {
+        let particles = &self.setup.particles;
+        let own = simulation.dem.particles().owned();
+        let mut count = [own.len() as i64];
+        simulation.comm.sum(&mut count);
+        let differs = |particle: &&Particle| {
+            let at = particles.binary_search_by_key(&particle.id, |particle| particle.id);
+            !at.is_ok_and(|at| particles[at].template == particle.template)
+        };
+        let what = if count == [particles.len() as i64] {
+            own.iter()
+                .find(differs)
+                .map(|particle| format!("particle {} was of another [[particles]] section", particle.id))
+        } else {
+            Some(format!("there were {} particles and would be {}", count[0], particles.len()))
+        };
+        agreed(&simulation.comm, what.map_or(Ok(()), |what| Err(cannot_continue(&what))))
     }
 }
 
@@ -150,10 +168,7 @@ fn refuse_another_box(before: &Setup, setup: &Setup) -> Result<()> {
         ]
     };
     let refuse = |what: &str, then: &Json, now: &Json, remedy: &str| {
-        Err(Error::Input(format!(
-            "this change makes a run that cannot continue from the state of another one: {what} was {then} and would be {now}{remedy}; start \
-             it with `turbid run`"
-        )))
+        Err(cannot_continue(&format!("{what} was {then} and would be {now}{remedy}")))
     };
     let differ = |then: &Json, now: &Json| match (then.as_f64(), now.as_f64()) {
         (Some(a), Some(b)) => (a - b).abs() > ROUNDING * a.abs(),
@@ -181,6 +196,12 @@ fn refuse_another_box(before: &Setup, setup: &Setup) -> Result<()> {
         return refuse(&what, &then, &now, "");
     }
     Ok(())
+}
+
+fn cannot_continue(what: &str) -> Error {
+    Error::Input(format!(
+        "this change makes a run that cannot continue from the state of another one: {what}; start it with `turbid run`"
+    ))
 }
 
 /// True if a wall without a fluid is where it was though its motion differs.

@@ -1,7 +1,7 @@
 //! The checkpoints of a run: when they are due, what is in them, and when a run must end to write its last one in time.
 
 use super::observe::{Observer, ObserverState, Writers};
-use super::run::RunOptions;
+use super::run::{RunOptions, job};
 use super::saved::own_data;
 use super::{Simulation, identity};
 use crate::case::{CheckpointSpacing, Setup};
@@ -111,16 +111,25 @@ impl<'a> Checkpointer<'a> {
         let step = simulation.step;
         let plan = &self.setup.plan;
         let in_turn = matches!(plan.output.checkpoint_every, CheckpointSpacing::Steps(every) if step.is_multiple_of(every));
-        let due = step > 0 && (in_turn || plan.output.checkpoint_at_end && step >= plan.end_step);
-        if simulation.checkpoint == Some(step) || !(due || requests.stop || requests.checkpoint) {
+        let asked = step > 0 && in_turn || requests.stop || requests.checkpoint;
+        let at_end = step > 0 && plan.output.checkpoint_at_end && step >= plan.end_step;
+        if simulation.checkpoint == Some(step) || !(asked || at_end) {
             return Ok(());
         }
         let start = Instant::now();
         let write_seconds = self.write_seconds;
-        simulation.write_state(&self.folder, self.setup, |comm| {
+        let written = simulation.write_state(&self.folder, self.setup, |comm| {
             let observer = observer.state(comm)?;
             Ok(observer.map(|observer| Shared { observer, write_seconds }))
-        })?;
+        });
+        match written {
+            // The run is complete without it.
+            Err(error @ Error::Agreed { code: 2, .. }) if !asked => {
+                observer.warn(&format!("{error}; the run is complete all the same"));
+                return Ok(());
+            }
+            written => written?,
+        }
         let seconds = start.elapsed().as_secs_f64();
         self.write_seconds = Some(self.write_seconds.map_or(seconds, |before| before.max(seconds)));
         // It is counted by itself.
@@ -163,18 +172,22 @@ pub(super) fn refuse_end(step: u64, setup: &Setup) -> Result<()> {
     })
 }
 
-/// Head of the newest checkpoint in the output directory of a run that is of this run: its rows are there.
+/// Head of the newest checkpoint in the output directory of a run that is of this run: its rows, which rank 0 reads, are there.
+/// Collective.
 ///
 /// # Errors
 /// [`Error::Agreed`] if there is none, with the defect of each.
 pub fn saved_head(directory: &Path) -> Result<Head> {
     let folder = OutputFiles::new(directory).checkpoints();
+    let comm = job()?;
     let of_this_run = |saved: &Checkpoint| {
-        let shared: Shared = own_data(saved)?;
-        shared.is_of(directory).map_err(|error| of_another_run(saved, &error))?;
+        if comm.rank() == 0 {
+            let shared: Shared = own_data(saved)?;
+            shared.is_of(directory).map_err(|error| of_another_run(saved, &error))?;
+        }
         Ok(saved.head().clone())
     };
-    Ok(checkpoint::newest_sound(&folder, &Comm::Solo, of_this_run)?.0)
+    Ok(checkpoint::newest_sound(&folder, &comm, of_this_run)?.0)
 }
 
 /// The error of a checkpoint that does not fit the files of the run.

@@ -12,7 +12,7 @@ use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::domain::Decomposition;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind};
 use crate::output::{Numbered, OutputFiles, Summary};
 use crate::particle::Particle;
@@ -22,6 +22,7 @@ pub(super) use row::settles_for_ever;
 pub(super) use row::settling_direction;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -41,6 +42,8 @@ pub(super) struct Observer<'a> {
     start: Instant,
     /// Steps done before this run, which continues from there.
     first: u64,
+    /// The output directory, on rank 0.
+    opened: Option<File>,
     files: OutputFiles,
     writers: Writers<'a>,
     /// Steps at which they have written last.
@@ -110,6 +113,7 @@ impl<'a> Observer<'a> {
             decomposition,
             start: Instant::now(),
             first,
+            opened: is_root.then(|| File::open(&setup.plan.output.directory).ok()).flatten(),
             files: OutputFiles::new(&setup.plan.output.directory),
             done: vec![None; writers.len()],
             writers,
@@ -161,8 +165,11 @@ impl<'a> Observer<'a> {
     /// State of the writers, on rank 0; nothing elsewhere. What has been written is safe on disk after this. Collective.
     pub(super) fn state(&mut self, comm: &Comm) -> Result<Option<ObserverState>> {
         let states = self.is_root.then(|| {
+            self.intact()?;
             let states = self.writers.iter_mut();
-            states.map(|writer| Ok((writer.name().to_owned(), writer.state()?))).collect()
+            states
+                .map(|writer| Ok((writer.name().to_owned(), writer.state()?)))
+                .collect::<Result<BTreeMap<_, _>>>()
         });
         let states = comm.agree(states.transpose())?;
         let done = self.writers.iter().zip(&self.done);
@@ -200,9 +207,18 @@ impl<'a> Observer<'a> {
         outcome
     }
 
-    /// Refuses to write beside files of this run that somebody has removed, on rank 0.
+    /// Refuses to write where somebody has removed the directory or a table of this run, on rank 0.
     fn intact(&self) -> Result<()> {
-        self.writers.iter().try_for_each(|writer| writer.intact())
+        self.writers.iter().try_for_each(|writer| writer.intact())?;
+        let directory = self.files.directory();
+        if self.opened.as_ref().is_none_or(|opened| directory::is_named(opened, directory)) {
+            return Ok(());
+        }
+        Err(Error::Input(format!(
+            "{} was removed or replaced while the run wrote to it: what was in it is lost, and the run ends\n  run the case anew, in \
+             a directory that nothing removes",
+            directory.display()
+        )))
     }
 
     /// Gathers the `needs` of the writers that are `due`, lets them write, and complete their files when all pieces are there.
@@ -286,6 +302,8 @@ impl<'a> Observer<'a> {
         for writer in &mut self.writers {
             writer.finish(&mut summary)?;
         }
+        let time = simulation.control_record().steps(summary.steps) as f64;
+        summary.shear_strain = summary.shear_rate.map(|rate| rate * time * self.setup.time_step);
         summary.write(&self.files.summary())?;
         if let Some(progress) = &self.progress {
             progress.finish(simulation.step);

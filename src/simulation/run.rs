@@ -184,7 +184,7 @@ pub fn finished(setup: &Setup) -> Option<Summary> {
 
 /// The case of the run with this output directory, from its [newest checkpoint](saved_head); `changes` are options
 /// for keys of `[run]` and `[output]`. Errors: [`Error::Input`] if there is no such checkpoint, or for a change that would make
-/// another run of it.
+/// another run of it. Collective.
 pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
     let head = saved_head(directory)?;
     let CaseText { name, text, files, .. } = &head.case;
@@ -239,6 +239,15 @@ pub(super) fn all_good<R>(mut results: Vec<Result<R>>) -> Result<Vec<R>> {
 fn processes() -> Option<usize> {
     let size = comm::launched()?.size;
     (cfg!(feature = "mpi") && size > 1).then_some(size)
+}
+
+/// All processes of an MPI job, or this one alone. Collective.
+pub(super) fn job() -> Result<Comm> {
+    #[cfg(feature = "mpi")]
+    if processes().is_some() {
+        return world().map(Comm::Mpi);
+    }
+    Ok(Comm::Solo)
 }
 
 /// Agrees on what every process of an MPI job does for itself: the result of this process, or the error of the first that has

@@ -92,6 +92,15 @@ impl Simulation {
 }
 
 impl Simulation {
+    /// Makes the restored state that with which a run of its own begins: the last checkpoint is that of another run, and so is what
+    /// the controller has added.
+    pub(super) fn begin_anew(&mut self) {
+        self.checkpoint = None;
+        if let Some(FluidSystem { driving, .. }) = &mut self.system {
+            driving.record.begin_anew(self.step);
+        }
+    }
+
     /// Writes a checkpoint below a folder, with what the owner of the run adds on rank 0. Errors: a failure of the simulation, of
     /// which nothing is kept; or that of writing; the same on all ranks. Collective.
     pub(super) fn write_state<T: Serialize>(

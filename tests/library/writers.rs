@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use turbid::Result;
-use turbid::case::{self, Setup};
+use turbid::case::{self, CheckpointSpacing, Setup};
 use turbid::error::Error;
 use turbid::output::Numbered;
 use turbid::particle::Particle;
@@ -232,4 +232,54 @@ fn a_run_on_three_threads_whose_directory_or_table_is_removed_says_so_and_ends_w
         assert_eq!(error.exit_code(), 2);
         assert!(!doomed.exists(), "nothing comes back beside rows that are lost");
     }
+}
+
+#[test]
+fn a_run_without_rows_whose_directory_is_removed_says_so_and_leaves_none() {
+    let place = tempfile::tempdir().unwrap();
+    let doomed = place.path().join("out");
+    let mut setup = setup(place.path(), 3, 48);
+    setup.plan.output.series_every = 0;
+    let run = run_with(&setup, &RunOptions::default(), &|_| vec![Box::new(Purge { doomed: doomed.clone() })]);
+    let said = run.unwrap_err().to_string();
+    assert!(said.contains("out was removed or replaced"), "{said}");
+    assert!(!doomed.exists());
+}
+
+/// Puts a file where the checkpoints go.
+struct InTheWay(PathBuf);
+
+impl Writer for InTheWay {
+    fn name(&self) -> &'static str {
+        "in_the_way"
+    }
+
+    fn every(&self) -> u64 {
+        8
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        Vec::new()
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        if output.step == 8 {
+            std::fs::write(&self.0, "").unwrap();
+        }
+        Ok(())
+    }
+}
+
+#[test]
+fn a_run_is_complete_though_its_checkpoint_at_the_end_cannot_be_written() {
+    let place = tempfile::tempdir().unwrap();
+    let mut setup = setup(place.path(), 2, 16);
+    setup.plan.output.checkpoint_every = CheckpointSpacing::Steps(24);
+    setup.plan.output.checkpoint_at_end = true;
+    let path = place.path().join("out/checkpoints");
+    let run = run_with(&setup, &RunOptions::default(), &|_| vec![Box::new(InTheWay(path.clone()))]);
+    let summary = run.unwrap().unwrap();
+    assert!(!summary.interrupted && place.path().join("out/summary.json").exists());
+    let warning = summary.warnings.last().unwrap();
+    assert!(warning.contains("the checkpoint of step 16 failed"), "{warning}");
 }

@@ -228,3 +228,20 @@ fn what_a_branch_cannot_continue_with_is_refused_and_makes_no_folder() {
     let value = said.split("lattice.relaxation_time = ").nth(1).unwrap().split(' ').next().unwrap();
     place.well(&[&set[..], &["--quiet", "--set", &format!("lattice.relaxation_time={value}")]].concat());
 }
+
+#[test]
+fn a_branch_whose_particles_are_of_other_sections_is_refused() {
+    let place = Place::new(&case::changed(
+        DRY,
+        &[
+            ("sphere = { diameter = 3e-3 }", "cube = { edge = 3e-3 }"),
+            ("count = 120", "count = 10"),
+            ("count = 100", "count = 20"),
+        ],
+    ));
+    let never = ["--set", "output.picture_every=never", "--set"];
+    place.well(&[&["run", "case.toml", "--quiet"], &never[..], &["run.end.steps=16"]].concat());
+    let swapped = ["run.end.steps=24", "--set", "particles.0.count=20", "--set", "particles.1.count=10"];
+    let said = place.ends(2, &[&["resume", "out", "--out", "b"], &never[..], &swapped].concat());
+    has(&said, &["cannot continue", "of another [[particles]] section", "turbid run"]);
+}

@@ -79,7 +79,8 @@ pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
 
 /// The case of a branch, as [`prepare`].
 fn prepare_branch(arguments: &ResumeArguments, out: &Path) -> Result<(Branch, RunOptions)> {
-    let options = options_of_run(&arguments.flags, &arguments.live)?;
+    // All processes come to the checkpoint, or none.
+    let options = simulation::agreed(options_of_run(&arguments.flags, &arguments.live))?;
     let set = with_device(&arguments.set, arguments.device.as_ref());
     let branch = Branch::new(&arguments.directory, &set, arguments.threads, out)?;
     preflight::refuse_what_does_not_fit(&branch.setup)?;
@@ -88,7 +89,7 @@ fn prepare_branch(arguments: &ResumeArguments, out: &Path) -> Result<(Branch, Ru
 
 /// The saved case, as [`prepare`].
 fn prepare_resume(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
-    let options = options_of_run(&arguments.flags, &arguments.live)?;
+    let options = simulation::agreed(options_of_run(&arguments.flags, &arguments.live))?;
     let set = with_device(&arguments.set, arguments.device.as_ref());
     let setup = simulation::saved_setup(&arguments.directory, &set, arguments.threads)?;
     preflight::refuse_what_does_not_fit(&setup)?;

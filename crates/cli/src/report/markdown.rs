@@ -8,15 +8,58 @@ pub(super) fn inline(words: &str) -> String {
     let words = crate::checks::one_line(words);
     let parts: Vec<&str> = words.split('`').collect();
     let last = parts.len() - 1;
+    let plain = |at: usize, part: &str| {
+        let [before, after] = [at == 0, at == last].map(|edge| if edge { ' ' } else { '`' });
+        with_strong(part, before, after)
+    };
     let in_markdown = |(at, part): (usize, &str)| match at % 2 {
-        0 => escaped(part),
+        0 => plain(at, part),
         // One without a second is itself; two without a word between them would join another one.
-        _ if at == last => format!("\\`{}", escaped(part)),
+        _ if at == last => format!("\\`{}", plain(at, part)),
         _ if part.is_empty() => "\\`\\`".to_string(),
         _ => format!("`{part}`"),
     };
     let text: String = parts.into_iter().enumerate().map(in_markdown).collect();
-    if text.starts_with(AT_START) { format!("\\{text}") } else { text }
+    let rest = text.trim_start_matches(['*', '_']);
+    // An item of a list, or a line.
+    let begins = rest.len() < text.len() && (rest.is_empty() || rest.starts_with(' '));
+    if begins || text.starts_with(AT_START) { format!("\\{text}") } else { text }
+}
+
+/// Text between two characters, with `**strong**` words.
+fn with_strong(text: &str, before: char, after: char) -> String {
+    let inside = |text: &str| !text.is_empty() && text.trim() == text && !text.contains('*');
+    let parts: Vec<&str> = text.splitn(3, "**").collect();
+    match parts[..] {
+        [first, strong, rest] if inside(strong) && !first.ends_with('*') && !rest.starts_with('*') => {
+            let [first, rest] = [marked(first, before, '*'), with_strong(rest, '*', after)];
+            format!("{first}**{}**{rest}", marked(strong, '*', '*'))
+        }
+        _ => marked(text, before, after),
+    }
+}
+
+/// Text between two characters, in which nothing is emphasised or struck out: of `*`, `_` and `~` those are escaped that could begin
+/// it by the rules of `CommonMark`.
+fn marked(text: &str, before: char, after: char) -> String {
+    let is_sign = |c: char| !c.is_alphanumeric() && !c.is_whitespace();
+    let (mut marked, mut previous, mut rest) = (String::with_capacity(text.len()), before, text);
+    while let Some(mark) = rest.chars().next() {
+        let length = rest.find(|c| c != mark).unwrap_or(rest.len());
+        let (run, tail) = rest.split_at(length);
+        let next = tail.chars().next().unwrap_or(after);
+        let opens =
+            !next.is_whitespace() && (is_sign(previous) || previous.is_whitespace() || !is_sign(next));
+        // Within a word it is part of the name.
+        let opens = opens && (mark != '_' || !previous.is_alphanumeric());
+        if opens && ['*', '_', '~'].contains(&mark) {
+            marked.extend(run.chars().flat_map(|c| ['\\', c]));
+        } else {
+            marked += &escaped(run);
+        }
+        (previous, rest) = (mark, tail);
+    }
+    marked
 }
 
 fn escaped(text: &str) -> String {
@@ -59,6 +102,12 @@ mod tests {
             ("<img src=x> & [a](b) \\", "&lt;img src=x&gt; &amp; \\[a\\](b) \\\\"),
             ("# no heading\n## none", "\\# no heading ## none"),
             ("~~~", "\\~~~"),
+            ("*a* _b_ ~~c~~ d*e*", "\\*a* \\_b_ \\~\\~c~~ d\\*e*"),
+            ("series_every at t* = 2 * 3, (t*)", "series_every at t* = 2 * 3, (t*)"),
+            ("**t* x** **", "\\*\\*t* x** **"),
+            ("* item", "\\* item"),
+            ("***", "\\***"),
+            ("**FAIL**", "**FAIL**"),
             ("is `run.end` **x** `", "is `run.end` **x** \\`"),
             // A span must not end elsewhere than it seems to: what it held would be read as HTML.
             ("`<b>```", "`<b>`\\`\\`"),

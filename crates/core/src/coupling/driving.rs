@@ -75,19 +75,32 @@ pub struct MeanFlow {
 /// Accelerations by the controller since the start of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ControlRecord {
-    /// Sum over all steps (m/s^2).
+    /// Sum over all steps of the run (m/s^2).
     sum: Vec3,
     /// Largest magnitude in a step (m/s^2).
     pub largest: f64,
     /// Integral of the mean velocity over time (m), in the directions in which the controller needs it.
     #[serde(default)]
     integral: Vec3,
+    /// Steps done before the run.
+    #[serde(default)]
+    first: u64,
 }
 
 impl ControlRecord {
-    /// Mean over the steps done (m/s^2).
-    pub fn mean(&self, steps: u64) -> Vec3 {
-        self.sum / steps.max(1) as f64
+    /// Steps of the run, `step` of which are done together with those before it.
+    pub fn steps(&self, step: u64) -> u64 {
+        step.saturating_sub(self.first)
+    }
+
+    /// Mean over the [steps](Self::steps) of the run (m/s^2).
+    pub fn mean(&self, step: u64) -> Vec3 {
+        self.sum / self.steps(step).max(1) as f64
+    }
+
+    /// Begins a run after `step` steps. What the controller needs stays.
+    pub fn begin_anew(&mut self, step: u64) {
+        *self = Self { integral: self.integral, first: step, ..Self::default() };
     }
 }
 
@@ -212,6 +225,23 @@ mod tests {
         let record = driving.record;
         assert!((record.largest - 10.0).abs() < 1e-12);
         assert!((record.mean(4) - Vec3::new(0.0, 0.0, 1.25)).norm() < 1e-12);
+    }
+
+    #[test]
+    fn the_record_of_a_branch_is_of_its_own_steps_and_its_controller_goes_on() {
+        let params = DrivingParams { prescribed: [true, false, false], ..params(ForceBalance::Mixture) };
+        let mut whole = Driving::new(params);
+        whole.mean.velocity = Vec3::new(0.3, 0.0, 0.2);
+        whole.step();
+        let mut branch = whole.clone();
+        branch.record.begin_anew(1);
+        for driving in [&mut whole, &mut branch] {
+            driving.mean.velocity = Vec3::new(0.0, 0.0, -0.1);
+        }
+        assert_eq!([branch.step(), branch.step()], [whole.step(), whole.step()]);
+        let control = branch.control();
+        assert!((branch.record.mean(3) - control).norm() < 1e-12 * control.norm());
+        assert!((branch.record.largest - control.norm()).abs() < 1e-12 * control.norm());
     }
 
     #[test]

@@ -62,10 +62,9 @@ impl Plates {
         0.5 * (stress(0) - stress(1)).dot(&self.along) / self.plain
     }
 
-    /// Adds rate, strain and Reynolds number of the shear at the end of a run.
+    /// Adds rate and Reynolds number of the shear at the end of a run.
     pub(super) fn finish(&self, setup: &Setup, summary: &mut Summary) {
         summary.shear_rate = Some(self.rate);
-        summary.shear_strain = Some(self.rate * summary.steps as f64 * setup.time_step);
         let squared = setup.diameter * setup.diameter;
         summary.shear_reynolds = Some(self.rate * squared / setup.expect_fluid().viscosity);
     }
