@@ -45,7 +45,7 @@ impl FixedArray {
         }
         let walls: Vec<Surface> = setup.walls.iter().map(|wall| wall.surface).collect();
         let filled = Filled::by(&setup.domain, &walls, &setup.templates, bodies.clone());
-        let apart = (setup.domain.volume() / count as f64).cbrt();
+        let apart = libm::cbrt(setup.domain.volume() / count as f64);
         let size = setup.domain.size();
         let parts = std::array::from_fn(|axis| ((size[axis] / (PART * apart)) as usize).max(1));
         let fraction = filled.least_fraction(parts);
