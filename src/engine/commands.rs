@@ -124,7 +124,7 @@ pub fn accept(command: &str) -> Result<String, Refusal> {
     let plain = |c: char| c.is_ascii_alphanumeric() || " _.:/+-".contains(c);
     if let Some(other) = code.chars().find(|&c| !plain(c)) {
         return refuse(
-            format!("has the character '{}', which no command that turbid passes on has", shown(other)),
+            format!("has the character `{}`, which no command that turbid passes on has", shown(other)),
             "refused".into(),
             format!("write out names and numbers, without quotes and variables; {}", known()),
         );

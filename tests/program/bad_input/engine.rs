@@ -168,11 +168,11 @@ fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reaso
         ("fix m all mesh/surface file x.stl type 1", &["style \"mesh/surface\"", refused]),
         ("region t mesh/tet file x scale 1", &["\"region ...\"", refused]),
         // Words that LIGGGHTS takes apart in another way than they look.
-        ("group \\\"x y\\\" type 1", &["the character '\"'", character]),
-        ("group 'x y' type 1", &["the character '\\''", character]),
-        ("fix one $g viscous 1", &["the character '$'", character]),
-        ("${command} 100", &["the character '$'", character]),
-        ("group a type 1 &", &["the character '&'", character]),
+        ("group \\\"x y\\\" type 1", &["the character `\"`", character]),
+        ("group 'x y' type 1", &["the character `'`", character]),
+        ("fix one $g viscous 1", &["the character `$`", character]),
+        ("${command} 100", &["the character `$`", character]),
+        ("group a type 1 &", &["the character `&`", character]),
         ("group a type 1\\nrun 1", &["more than one line"]),
         ("group a\\ttype 1", &["a control character"]),
         // Those of the list in another form.
