@@ -249,7 +249,7 @@ mod tests {
         let capsule = "particles.0.shape={ capsule = { diameter = 0.7e-3, length = 1.9e-3 } }";
         let sizes = "particles.0.sizes=[{ scale = 0.6, share = 1 }, { scale = 1.3, share = 1 }]";
         let pair = "particles.0={ shape.sphere.diameter = 1.1e-3, density = 1000, \
-                    list = [[1e-4, 1e-4, 1e-4], [12.8e-4, 1e-4, 1e-4]] }";
+                    list = [[1e-4, 1e-4, 1e-4], [12e-4, 5e-4, 1e-4]] }";
         for size in ["[0.2e-3, 3e-3, 3e-3]", "{ diameters = [2, 2, 2] }", "{ diameters = [1.9, 3, 3] }"] {
             for change in [
                 "contact.enlargement=0.2",

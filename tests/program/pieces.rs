@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 const STEPS: [u64; 3] = [0, 20, 40];
 
 const OUTPUT: &str = "series_every = { steps = 20 }
+checkpoint_at_end = false
 fields_every = { steps = 20 }
 particles_every = { steps = 20 }
 contacts_every = { steps = 20 }

@@ -270,8 +270,11 @@ fn what_only_contacts_give_is_empty_if_an_engine_does_not_tell_them() {
     let (told, viscosity, _) = table("True");
     let (untold, none, place) = table("False");
     assert!(viscosity.is_number() && none.is_null(), "{viscosity} {none}");
-    let of_contacts =
-        |name: &str| ["wall_force", "contact_stress", "shear_stress"].iter().any(|of| name.starts_with(of));
+    let of_contacts = |name: &str| {
+        ["wall_force", "contact_stress", "shear_stress", "contact_force_z"]
+            .iter()
+            .any(|of| name.starts_with(of))
+    };
     for (a, b) in told.columns.iter().zip(&untold.columns) {
         assert!(a.values.len() == 3 && a.values.iter().all(|x| x.is_finite()), "{}", a.name);
         if of_contacts(&a.name) {

@@ -3,8 +3,17 @@
 /// Characters that begin something else at the start of a line.
 const AT_START: [char; 5] = ['#', '-', '+', '=', '~'];
 
-/// Text in one line, with `` `code` `` and `**strong**` words.
+/// Text of a line, with `` `code` `` and `**strong**` words.
 pub(super) fn inline(words: &str) -> String {
+    let text = cell(words);
+    let rest = text.trim_start_matches(['*', '_']);
+    // An item of a list, or a line.
+    let begins = rest.len() < text.len() && (rest.is_empty() || rest.starts_with(' '));
+    if begins || text.starts_with(AT_START) { format!("\\{text}") } else { text }
+}
+
+/// The same within a line, as in a cell of a table.
+pub(super) fn cell(words: &str) -> String {
     let words = crate::checks::one_line(words);
     let parts: Vec<&str> = words.split('`').collect();
     let last = parts.len() - 1;
@@ -19,11 +28,7 @@ pub(super) fn inline(words: &str) -> String {
         _ if part.is_empty() => "\\`\\`".to_string(),
         _ => format!("`{part}`"),
     };
-    let text: String = parts.into_iter().enumerate().map(in_markdown).collect();
-    let rest = text.trim_start_matches(['*', '_']);
-    // An item of a list, or a line.
-    let begins = rest.len() < text.len() && (rest.is_empty() || rest.starts_with(' '));
-    if begins || text.starts_with(AT_START) { format!("\\{text}") } else { text }
+    parts.into_iter().enumerate().map(in_markdown).collect()
 }
 
 /// Text between two characters, with `**strong**` words.

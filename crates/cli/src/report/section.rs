@@ -136,10 +136,10 @@ impl Section {
 
 /// A table in markdown, of cells that are text.
 pub(super) fn table(columns: &[&str], rows: &[Vec<String>]) -> String {
-    let columns: Vec<String> = columns.iter().map(|head| markdown::inline(head)).collect();
+    let columns: Vec<String> = columns.iter().map(|head| markdown::cell(head)).collect();
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let rows: Vec<Vec<String>> =
-        rows.iter().map(|row| row.iter().map(|cell| markdown::inline(cell)).collect()).collect();
+        rows.iter().map(|row| row.iter().map(|cell| markdown::cell(cell)).collect()).collect();
     markdown_table(&columns, &rows)
 }
 
