@@ -252,7 +252,8 @@ mod processes {
     fn a_run_of_three_processes_that_two_take_up_leaves_no_piece_of_the_third_after_that() {
         let place = Place::new(&crowd());
         let expected = OutputFiles::new(on_threads(&place, "1", "one"));
-        let output = run(&place, 3, &["--set", "output.checkpoint_every.steps=30"]);
+        let checkpoints = "output.checkpoint_every.steps=30";
+        let output = run(&place, 3, &["--set", checkpoints, "--set", "output.checkpoint_at_end=true"]);
         assert!(output.status.success(), "{}", words(&output));
         let found = place.path("out");
         // As if it had been killed after its last files.
