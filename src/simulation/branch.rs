@@ -7,12 +7,11 @@ use super::checkpointer::{Shared, means_the_same, refuse_end, saved_head};
 use super::identity::physics;
 use super::{Simulation, identity};
 use crate::case::{self, Setup};
-use crate::checkpoint::{CaseText, Head, agreed};
+use crate::checkpoint::{CaseText, Head};
 use crate::dem::states;
 use crate::engine::EngineChoice;
 use crate::error::{Error, Result};
 use crate::output::OutputFiles;
-use crate::particle::Particle;
 use crate::wall::{Surface, Wall};
 use serde_json::Value as Json;
 use std::path::{Path, PathBuf};
@@ -124,28 +123,7 @@ impl Branch {
             },
         )?;
         simulation.begin_anew();
-        self.refuse_other_particles(simulation)?;
         Ok(skipped)
-    }
-
-    /// Refuses a simulation with other particles than those of the case, of which each has its section. Collective.
-    fn refuse_other_particles(&self, simulation: &Simulation) -> Result<()> {
-        let particles = &self.setup.particles;
-        let own = simulation.dem.particles().owned();
-        let mut count = [own.len() as i64];
-        simulation.comm.sum(&mut count);
-        let differs = |particle: &&Particle| {
-            let at = particles.binary_search_by_key(&particle.id, |particle| particle.id);
-            !at.is_ok_and(|at| particles[at].template == particle.template)
-        };
-        let what = if count == [particles.len() as i64] {
-            own.iter()
-                .find(differs)
-                .map(|particle| format!("particle {} was of another [[particles]] section", particle.id))
-        } else {
-            Some(format!("there were {} particles and would be {}", count[0], particles.len()))
-        };
-        agreed(&simulation.comm, what.map_or(Ok(()), |what| Err(cannot_continue(&what))))
     }
 }
 

@@ -88,14 +88,14 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) if the box has no room for these ranks; the first error of `body`.
+    /// [`Error::Input`] if the box has no room for these ranks; the first error of `body`.
     pub fn on_ranks<R: Send>(setup: &Setup, body: impl Fn(Self) -> Result<R> + Sync) -> Result<R> {
         let decomposition = run::agreed(run::decompose(setup))?;
         run::on_ranks(&decomposition, |comm| body(Self::new(setup, &decomposition, comm)?))
     }
 
     /// Advances by whole steps to the one nearest to a time (s), and [checks](Self::check); errors as [`step`](Self::step), and
-    /// [`Error::Input`](crate::Error::Input) for a time that no run reaches. Collective.
+    /// [`Error::Input`] for a time that no run reaches. Collective.
     ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
@@ -141,9 +141,9 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) on every rank if `states` are not those of all particles, or impossible: not finite, too
+    /// [`Error::Input`] on every rank if `states` are not those of all particles, or impossible: not finite, too
     /// fast, too far away, or deeper in another body or a wall than a quarter of the thickness;
-    /// [`Error::Unsupported`](crate::Error::Unsupported) from an engine of which no states can be set.
+    /// [`Error::Unsupported`] from an engine of which no states can be set.
     pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
         let saved = self.comm.agree(self.dem.save())?;
         let limits = Limits {
@@ -185,7 +185,7 @@ impl Simulation {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Memory`](crate::Error::Memory) on this rank.
+    /// [`Error::Memory`] on this rank.
     pub fn fields(&mut self) -> Result<Fields> {
         match self.fluid() {
             Some(_) => own_fields(self, self.block),

@@ -1,4 +1,4 @@
-//! Walks the [writers](super::writers) of a run: gathers what the due ones need, hands it to them, and writes the summary.
+//! Walks the [writers] of a run: gathers what the due ones need, hands it to them, and writes the summary.
 //!
 //! All ranks take part. Files for `ParaView` are written by rank 0 where the ranks are threads, and in pieces by all of them where they are
 //! processes ([`gather`]). A failure to write on one rank ends the run on every rank.

@@ -8,15 +8,15 @@ use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::{self, Setup};
-use crate::checkpoint::{self, CaseText};
-#[cfg(feature = "mpi")]
-use crate::comm::MpiComm;
+use crate::checkpoint::CaseText;
 use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
 use crate::engine::refuse_unusable;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind, Lock};
 use crate::output::{OutputFiles, Summary};
+#[cfg(feature = "mpi")]
+use crate::{checkpoint, comm::MpiComm};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -242,6 +242,7 @@ fn processes() -> Option<usize> {
 }
 
 /// All processes of an MPI job, or this one alone. Collective.
+#[cfg_attr(not(feature = "mpi"), expect(clippy::unnecessary_wraps))]
 pub(super) fn job() -> Result<Comm> {
     #[cfg(feature = "mpi")]
     if processes().is_some() {
@@ -274,11 +275,7 @@ pub fn agreed<R>(result: Result<R>) -> Result<R> {
 
 /// True if it is on any process of an MPI job. Collective.
 fn any_process(here: bool) -> Result<bool> {
-    #[cfg(feature = "mpi")]
-    if processes().is_some() {
-        return Ok(Comm::Mpi(world()?).any(here));
-    }
-    Ok(here)
+    Ok(job()?.any(here))
 }
 
 /// The ranks of the MPI job; [`Error::Agreed`] if they are not those of the launcher. Collective.

@@ -201,8 +201,10 @@ fn a_run_writes_everything_it_promises() {
 
 #[test]
 fn the_number_of_threads_does_not_change_a_bit() {
+    // A number of whole particles, without a word about the volume fraction.
+    let case = case().replace("volume_fraction = 0.1", "count = 13");
     let hash = |threads: &str| {
-        let place = Run::new();
+        let place = Run(Place::new(&case));
         let output = place.run(&["--threads", threads, "--quiet"]);
         assert!(output.status.success() && output.stdout.is_empty() && output.stderr.is_empty());
         let summary = place.summary();
