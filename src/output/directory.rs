@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  liggghts.log
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log
 //!   process.log
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
@@ -30,6 +30,8 @@ mod own;
 use super::pieces;
 use crate::checkpoint;
 use crate::error::{Error, Result};
+use crate::input;
+use crate::output::write_bytes;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::{self, Write};
@@ -45,13 +47,17 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory, beside the collections.
-const TOP: [&str; 6] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS, SCRIPT];
+const TOP: [&str; 7] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS, SCRIPT, RUN];
 const SUMMARY: &str = "summary.json";
 const SERIES: &str = "series.csv";
 const SETTLING: &str = "settling_velocity.png";
 const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
 const SCRIPT: &str = "open.py";
+/// Id of the run whose files these are.
+const RUN: &str = "run.id";
+/// Most bytes of it.
+const RUN_BYTES: u64 = 64;
 /// Logs of external engines.
 const LOGS: [&str; 2] = ["liggghts.log", "process.log"];
 /// Cells of the fluid.
@@ -355,6 +361,31 @@ pub fn clear(directory: &Path, more: &[Kind]) -> Result<()> {
     let removed = own::all(directory, more).and_then(own::remove);
     removed.map_err(|source| refused(directory, &source))?;
     checkpoint::clear(&directory.join(checkpoint::FOLDER))
+}
+
+/// Writes the id of the run that owns a directory.
+pub fn sign(directory: &Path, run: &str) -> Result<()> {
+    write_bytes(&directory.join(RUN), format!("{run}\n").as_bytes())
+}
+
+/// Refuses a directory that is signed by another run than this one; `None` is one of a version that signed none. Nothing is known of a
+/// directory without a signature.
+pub fn refuse_another_run(directory: &Path, run: Option<&str>) -> Result<()> {
+    let file = directory.join(RUN);
+    let signed = match input::read_unlinked(&file, RUN_BYTES) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
+        read => read.map_err(|source| Error::io("read", &file, source))?,
+    };
+    let signed = String::from_utf8_lossy(&signed);
+    if run == Some(signed.trim()) {
+        return Ok(());
+    }
+    Err(Error::Input(format!(
+        "{} names the run {}, and the checkpoint is that of another run, {}",
+        file.display(),
+        input::word(&signed),
+        run.unwrap_or("of an older version")
+    )))
 }
 
 /// Removes what a run that resumes after `step` has left: files of later steps, those of this step that are not of the `kept` kinds, partial ones, the summary and the settling plot. Called when nothing can refuse to

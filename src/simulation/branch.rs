@@ -4,7 +4,7 @@
 //! contacts if their model, the materials, the densities or the sub-steps differ; what the bodies left in the fluid if the coupling differs.
 
 use super::checkpointer::{Shared, means_the_same, refuse_end, saved_head};
-use super::identity::physics;
+use super::identity::{physics, run_id};
 use super::{Simulation, identity};
 use crate::case::{self, Setup};
 use crate::checkpoint::{CaseText, Head};
@@ -102,10 +102,10 @@ impl Branch {
         format!("a branch of {origin}: {subject} continue from its last checkpoint with {changes}{dropped}")
     }
 
-    /// Gives a simulation of the branch the state of the origin; why newer checkpoints were skipped. Collective.
-    pub(super) fn restore(&self, simulation: &mut Simulation) -> Result<Vec<String>> {
+    /// Gives a simulation of the branch the state of the origin: the id of the branch, and why newer checkpoints were skipped. Collective.
+    pub(super) fn restore(&self, simulation: &mut Simulation) -> Result<(String, Vec<String>)> {
         let (before, setup) = (&self.before, &self.setup);
-        let (_, skipped) = simulation.read_state(
+        let (shared, skipped) = simulation.read_state(
             &OutputFiles::new(&self.origin).checkpoints(),
             setup,
             |saved| means_the_same(saved, before),
@@ -123,7 +123,8 @@ impl Branch {
             },
         )?;
         simulation.begin_anew();
-        Ok(skipped)
+        let origin = format!("{} at step {}", shared.run.as_deref().unwrap_or("?"), simulation.step);
+        Ok((run_id(setup, &origin), skipped))
     }
 }
 

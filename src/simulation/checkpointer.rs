@@ -8,7 +8,7 @@ use crate::case::{CheckpointSpacing, Setup};
 use crate::checkpoint::{self, Checkpoint, Head};
 use crate::comm::Comm;
 use crate::error::{Error, Result};
-use crate::output::OutputFiles;
+use crate::output::{OutputFiles, directory};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -23,11 +23,15 @@ pub(super) struct Shared {
     observer: ObserverState,
     /// Time that writing the previous checkpoint took (s).
     write_seconds: Option<f64>,
+    /// Id of the run; none in checkpoints of older versions.
+    #[serde(default)]
+    pub(super) run: Option<String>,
 }
 
 impl Shared {
     /// Refuses a directory that holds another run than the one that has left this.
     pub(super) fn is_of(&self, directory: &Path) -> Result<()> {
+        directory::refuse_another_run(directory, self.run.as_deref())?;
         self.observer.is_of(directory)
     }
 }
@@ -50,6 +54,8 @@ pub(super) struct Checkpointer<'a> {
     safe: Instant,
     /// Time to write one (s), once one has been written.
     write_seconds: Option<f64>,
+    /// Id of the run, if it has one.
+    pub(super) run: Option<String>,
     /// Bytes of the populations of all ranks.
     bytes: f64,
     /// Start of the last step, with what was written after the one before; and the longest time from one to the next.
@@ -66,6 +72,7 @@ impl<'a> Checkpointer<'a> {
             start,
             safe: Instant::now(),
             write_seconds: None,
+            run: None,
             bytes: (setup.domain.cell_count() * simulation.saved_bytes()) as f64,
             round: Instant::now(),
             longest_round: Duration::ZERO,
@@ -117,10 +124,10 @@ impl<'a> Checkpointer<'a> {
             return Ok(());
         }
         let start = Instant::now();
-        let write_seconds = self.write_seconds;
+        let (write_seconds, run) = (self.write_seconds, self.run.clone());
         let written = simulation.write_state(&self.folder, self.setup, |comm| {
             let observer = observer.state(comm)?;
-            Ok(observer.map(|observer| Shared { observer, write_seconds }))
+            Ok(observer.map(|observer| Shared { observer, write_seconds, run }))
         });
         match written {
             // The run is complete without it.
@@ -150,11 +157,15 @@ impl<'a> Checkpointer<'a> {
             &self.folder,
             self.setup,
             |saved| means_the_same(saved, self.setup),
-            |shared: &Shared| shared.observer.fits(writers),
+            |shared: &Shared| {
+                directory::refuse_another_run(&self.setup.plan.output.directory, shared.run.as_deref())?;
+                shared.observer.fits(writers)
+            },
             |_, _| Ok(()),
         )?;
         // Of a file: it may hold any number.
         self.write_seconds = shared.write_seconds.filter(|seconds| (0.0..1e9).contains(seconds));
+        self.run = shared.run;
         refuse_end(simulation.step, self.setup)?;
         Ok((shared.observer, skipped))
     }

@@ -41,6 +41,13 @@ pub fn identity(setup: &Setup) -> Json {
     })
 }
 
+/// Id of a run, which tells its checkpoints from those of another one: of [`identity`] and the particles at the start, so that it is the
+/// same for a run that is repeated. `origin` names the state with which a branch begins.
+pub(super) fn run_id(setup: &Setup, origin: &str) -> String {
+    let start = xxh3_64(bytemuck::cast_slice(&setup.particles));
+    format!("{:016x}", xxh3_64(format!("{} {start} {origin}", identity(setup)).as_bytes()))
+}
+
 /// Relaxation time (time steps) as files give it: 1 without a fluid.
 pub(super) fn relaxation_time(fluid: Option<&FluidSetup>) -> f64 {
     fluid.map_or(1.0, |fluid| fluid.relaxation_time)

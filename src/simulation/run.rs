@@ -3,6 +3,7 @@
 use super::branch::Branch;
 use super::checkpointer::{Checkpointer, Requests, saved_head};
 use super::engine::{Context, engine};
+use super::identity::run_id;
 use super::observe::{Observer, kinds};
 use super::work::{Forecast, Work};
 use super::writers::{self, Writer};
@@ -360,16 +361,19 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         let Simulation { comm, step, .. } = simulation;
         Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
     };
-    let clear = |comm: &Comm, writers| {
+    let clear = |comm: &Comm, writers, run: &str| {
+        let directory = &setup.plan.output.directory;
         comm.agree(match comm.rank() {
-            0 => directory::clear(&setup.plan.output.directory, &kinds(writers)),
+            0 => directory::clear(directory, &kinds(writers)).and_then(|()| directory::sign(directory, run)),
             _ => Ok(()),
         })
     };
     // Nothing can refuse the case once it is here: the results of an earlier run may go.
     let (mut observer, skipped) = match begin {
         Begin::Anew => {
-            clear(&simulation.comm, &writers)?;
+            let run = run_id(setup, "");
+            clear(&simulation.comm, &writers, &run)?;
+            checkpointer.run = Some(run);
             (observer(&simulation, writers), Vec::new())
         }
         Begin::Resumed => {
@@ -379,8 +383,9 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             (observer, skipped)
         }
         Begin::Branched(branch) => {
-            let skipped = branch.restore(&mut simulation)?;
-            clear(&simulation.comm, &writers)?;
+            let (run, skipped) = branch.restore(&mut simulation)?;
+            clear(&simulation.comm, &writers, &run)?;
+            checkpointer.run = Some(run);
             (observer(&simulation, writers), skipped)
         }
     };

@@ -56,7 +56,7 @@ fn three_threads_leave_the_very_files_of_one() {
     let three = files_below(&on_threads(&place, "3", "three"));
     assert!(one.keys().eq(three.keys()), "{one:?} {three:?}");
     // Fields, particles, surfaces, contacts, force chains; pictures; and what there is once.
-    assert_eq!(one.len(), 5 * STEPS.len() + 3 + 11, "{one:?}");
+    assert_eq!(one.len(), 5 * STEPS.len() + 3 + 12, "{one:?}");
     for (name, path) in one.iter().filter(|(name, _)| *name != Path::new("summary.json")) {
         assert!(std::fs::read(path).unwrap() == std::fs::read(&three[name]).unwrap(), "{}", name.display());
     }

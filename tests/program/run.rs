@@ -113,6 +113,7 @@ impl Run {
             "particles",
             "particles.pvd",
             "pictures",
+            "run.id",
             "series.csv",
             "settling_velocity.png",
             "summary.json",

@@ -25,14 +25,12 @@ use std::path::Path;
 
 /// Name of the writer.
 const NAME: &str = "series";
-/// Samples over a run without rows, for the averages.
-const DEFAULT_SAMPLES: u64 = 1000;
 /// Time (s) of one thread to measure the flow in a cell for a row: processor time of `hindered_settling` with rows, less that without.
 const MEASURED_CELL: f64 = 26e-9;
 /// Bytes of a number in a table.
 const NUMBER: f64 = 14.0;
 
-/// Writes `series.csv` and `particle_series.csv` if the case wants them, and collects samples for the averages of the summary.
+/// Writes `series.csv` and `particle_series.csv`, and collects samples for the averages of the summary.
 pub(super) struct Series<'a> {
     setup: &'a Setup,
     files: OutputFiles,
@@ -109,11 +107,6 @@ impl<'a> Series<'a> {
         let rows = t_star.windows(2).zip(settling.windows(2)).skip(first);
         rows.map(|(t, u)| 0.5 * (u[0] + u[1]) * (t[1] - t[0])).sum::<f64>().abs()
     }
-
-    /// True if there are files of the samples.
-    fn writes(&self) -> bool {
-        self.setup.plan.output.series_every > 0
-    }
 }
 
 #[cfg(feature = "pictures")]
@@ -149,15 +142,11 @@ impl Writer for Series<'_> {
     }
 
     fn every(&self) -> u64 {
-        match self.setup.plan.output.series_every {
-            0 => (self.setup.plan.end_step / DEFAULT_SAMPLES).max(1),
-            asked => asked,
-        }
+        self.setup.plan.output.series_every
     }
 
     fn needs(&self) -> Vec<Need> {
-        let paths = self.writes().then_some(Need::Selected);
-        [Some(Need::Row), paths].into_iter().flatten().collect()
+        vec![Need::Row, Need::Selected]
     }
 
     fn selects(&self, particle: &Particle) -> bool {
@@ -169,9 +158,6 @@ impl Writer for Series<'_> {
             return Ok(());
         };
         self.samples.add(row, self.plates.as_ref(), self.bed.as_ref());
-        if !self.writes() {
-            return Ok(());
-        }
         let (series, paths) = match &mut self.open {
             Some(open) => open,
             none => none.insert((
@@ -279,7 +265,7 @@ impl Writer for Series<'_> {
         let [threads, cores] = threads_and_cores(self.setup);
         let each = MEASURED_CELL * self.setup.fluid_cells() as f64 / threads.min(cores) as f64;
         let seconds = rows.count as f64 * each;
-        self.writes().then(|| FileEstimate { count: 1, bytes: rows.total(), seconds, ..rows })
+        Some(FileEstimate { count: 1, bytes: rows.total(), seconds, ..rows })
     }
 }
 

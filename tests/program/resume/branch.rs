@@ -43,12 +43,39 @@ fn a_checkpoint_of_another_case_is_refused_and_that_of_the_run_itself_used() {
     std::fs::rename(place.path(&own), place.path("aside")).unwrap();
     let before = bytes(&place, "out");
     let said = place.ends(2, &["resume", "out", "--set", "run.end.steps=80"]);
-    has(&said, &["checkpoint step-0000000060 of the case `case`", "out/series.csv", "those of another run"]);
+    has(&said, &["checkpoint step-0000000060 of the case `case`", "out/run.id", "that of another run"]);
     assert_eq!(bytes(&place, "out"), before);
     std::fs::rename(place.path("aside"), place.path(&own)).unwrap();
     let said = place.well(&["resume", "out", "--quiet", "--threads", "3", "--set", "run.end.steps=80"]);
-    has(&said, &["warning: checkpoint step-0000000060", "those of another run"]);
+    has(&said, &["warning: checkpoint step-0000000060", "that of another run"]);
     Left::of(&place, "out").must_be(&Left::of(&place, "whole"), "from its own checkpoint");
+}
+
+#[test]
+fn a_checkpoint_of_another_run_is_refused_though_the_rows_until_then_are_the_same() {
+    let output = "series_every = { steps = 1000 }\nparticles_every = \"never\"\nfields_every = \"never\"\npicture_every = \"never\"";
+    let place = Place::new(&case::crowd(80, output));
+    let run = ["run", "case.toml", "--quiet", "--set"];
+    place.well(&[&run[..], &["run.end.steps=8"]].concat());
+    let other = ["run.end.steps=12", "--set", "particles.0.seed=7", "--out", "other"];
+    place.well(&[&run[..], &other].concat());
+    place.well(&["resume", "out", "--out", "branch", "--quiet", "--set", "run.end.steps=10"]);
+    // A branch is a run of its own, and one of other ranks and length the same run.
+    let id = |out: &str| place.text(&format!("{out}/run.id"));
+    place.well(&[&run[..], &["run.end.steps=4", "--threads", "3", "--out", "short"]].concat());
+    assert!(id("branch") != id("out") && id("other") != id("out") && id("short") == id("out"));
+    std::fs::remove_dir_all(place.path("out/checkpoints")).unwrap();
+    for foreign in ["other", "branch"] {
+        std::fs::rename(place.path(foreign).join("checkpoints"), place.path("out/checkpoints")).unwrap();
+        let before = bytes(&place, "out");
+        for arguments in [&["resume", "out"][..], &["resume", "out", "--out", "new"]] {
+            let said = place.ends(2, &[arguments, &["--set", "run.end.steps=20"]].concat());
+            has(&said, &["out/run.id", id("out").trim(), "another run", id(foreign).trim()]);
+        }
+        assert_eq!(bytes(&place, "out"), before);
+        std::fs::rename(place.path("out/checkpoints"), place.path(foreign).join("checkpoints")).unwrap();
+        place.well(&["resume", foreign, "--quiet", "--set", "run.end.steps=14"]);
+    }
 }
 
 #[test]
