@@ -2,7 +2,7 @@
 //!
 //! [`run()`] does all of it and writes files; [`Simulation`] is for programs that step themselves.
 
-mod bench;
+mod alone;
 mod branch;
 mod checkpointer;
 mod engine;
@@ -36,10 +36,8 @@ use crate::particle::{ParticleStore, Template};
 use crate::timing::Timings;
 use crate::units::Units;
 use crate::wall::Wall;
-pub use bench::{
-    BenchOptions, BenchReport, Costs, KernelReport, Network, RankReport, Rate, Spread, bench,
-    bench_conditions, calibrate,
-};
+#[doc(hidden)]
+pub use alone::Alone;
 pub use branch::Branch;
 use checkpointer::Requests;
 pub use checkpointer::saved_head;
@@ -47,8 +45,12 @@ use engine::Context;
 use entrances::{ExternalLoad, refuse_endless};
 pub use identity::identity;
 pub use measure::Measurement;
+#[doc(hidden)]
+pub use observe::device_name;
 pub use observe::instruction_set;
 pub use references::{Law, Suspension, settling_references};
+#[doc(hidden)]
+pub use run::on_ranks;
 pub use run::{
     MoreWriters, Progress, RunOptions, agreed, branch, decompose, finished, forecast, resume, resume_with,
     run, run_with, saved_setup,
@@ -56,7 +58,7 @@ pub use run::{
 pub use session::Session;
 use std::rc::Rc;
 use std::sync::Arc;
-pub use work::{Calibration, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
+pub use work::{Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
     FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, seconds_of_files,
     slice_planes,

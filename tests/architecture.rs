@@ -16,23 +16,24 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "validate report study crosscheck checks simulation case output checkpoint packing engine fluid contact comm device input memory error",
+        "report validate study crosscheck bench checks simulation case output checkpoint packing engine fluid contact comm device input memory error",
     ),
+    ("report", "study checks simulation output plot input error"),
     (
         "validate",
         "crosscheck checks simulation case output engine checkpoint coupling fluid particle domain comm math input error",
     ),
-    ("report", "study checks simulation output plot input error"),
     ("study", "checks simulation case output checkpoint plot math input error"),
     (
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
     ),
+    ("bench", "simulation case output engine coupling fluid dem domain comm math timing error"),
     ("checks", "output plot particle error"),
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output engine checkpoint coupling fluid dem contact particle wall lattice domain comm device units math timing input memory error",
+        "case output engine checkpoint coupling fluid dem contact particle wall lattice domain comm device units math timing memory error",
     ),
     (
         "case",

@@ -26,7 +26,7 @@ use std::fs::File;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
-pub(super) use summary::device_name;
+pub use summary::device_name;
 pub use summary::instruction_set;
 
 /// Name of the writer whose time is a stage of its own.

@@ -211,7 +211,7 @@ fn claim(setup: &Setup, options: &RunOptions, kinds: &[Kind], resumes: bool) -> 
 
 /// Runs `body` on as many ranks as there are blocks: the result of rank 0 (of this process, if the ranks are processes), or the
 /// first error.
-pub(super) fn on_ranks<R: Send>(
+pub fn on_ranks<R: Send>(
     decomposition: &Decomposition,
     body: impl Fn(Comm) -> Result<R> + Sync,
 ) -> Result<R> {

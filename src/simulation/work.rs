@@ -19,7 +19,7 @@ use crate::math::Vec3;
 use crate::wall::{Surface, Wall};
 use costs::Form;
 pub use costs::bytes_per_cell;
-pub use estimate::{Calibration, TimeEstimate, time_estimate};
+pub use estimate::{TimeEstimate, time_estimate};
 pub use forecast::{Forecast, RankForecast, Traffic};
 
 /// Particles count as in contact if the spheres of their volume, grown by this part, meet: in a random packing about as many as touch

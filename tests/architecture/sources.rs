@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Crate(&'static str, &'static str, Option<&'static str>);
 
 /// All crates; a folder that is not there is passed over.
-const CRATES: [Crate; 6] = [
+const CRATES: [Crate; 7] = [
     Crate("src", "turbid", None),
     Crate("crates/cli/src", "turbid_cli", None),
+    Crate("crates/lab/src", "turbid_lab", None),
     Crate("crates/core/src", "turbid_core", None),
     Crate("crates/plot/src", "turbid_plot", Some("plot")),
     Crate("ffi/process/src", "turbid_process", Some("process")),
@@ -208,7 +209,7 @@ fn paths_are_found_however_they_are_written() {
     );
     assert_eq!(found("engine.rs", "pub use turbid_liggghts as lgg;"), "liggghts");
     let whole =
-        Source::new(&CRATES[3], "axis.rs", "use crate::page; use super::fonts; use turbid_core::math;");
+        Source::new(&CRATES[4], "axis.rs", "use crate::page; use super::fonts; use turbid_core::math;");
     assert_eq!((whole.module.as_str(), whole.uses().len()), ("plot", 1));
     let glob = std::panic::catch_unwind(|| found("dem.rs", "use crate::*;"));
     assert!(glob.is_err(), "a glob of the root names everything");

@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use std::fs;
 use turbid::case;
 use turbid::output::{Summary, particle_series, series};
-use turbid_cli::{cli, study};
+use turbid_cli::cli;
+use turbid_lab::study;
 
 /// Compares a page with the one in the tree, or replaces that.
 #[track_caller]

@@ -6,7 +6,7 @@ use serde_json::{Map, Value as Json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::case;
-use turbid_cli::study;
+use turbid_lab::study;
 
 const STUDY: &str = r#"
 title = "x"

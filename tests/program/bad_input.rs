@@ -228,10 +228,6 @@ fn a_wrong_command_line_ends_with_the_same_code() {
     place.refused(&["run"], &["CASE"]);
     place.refused(&["rum", "case.toml"], &["rum"]);
     place.refused(&["bench", "case.toml", "--steps", "0"], &["--steps"]);
-    place.refused(
-        &["bench", "case.toml", "--compare", "a.json", "--tolerance", "10%"],
-        &["--tolerance", "0.1"],
-    );
 }
 
 #[test]

@@ -4,7 +4,6 @@
 mod common;
 
 mod bad_input;
-mod bench;
 mod check;
 #[cfg(feature = "liggghts")]
 mod crosscheck;

@@ -189,14 +189,8 @@ struct CheckArguments {
 #[derive(Debug, Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 struct BenchArguments {
-    /// Case file (TOML).
-    #[arg(required_unless_present = "calibrate")]
-    case: Option<PathBuf>,
     #[command(flatten)]
-    changes: Changes,
-    /// Measure this machine instead, for the estimates of time of `check` and `study`.
-    #[arg(long, conflicts_with_all = ["case", "set", "json"])]
-    calibrate: bool,
+    case: CaseArguments,
     /// Timed steps of each sample.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..))]
     steps: u64,
@@ -215,12 +209,6 @@ struct BenchArguments {
     /// Print JSON with stable keys.
     #[arg(long)]
     json: bool,
-    /// Compare ratios, not times, with those that `--json` printed earlier, on any machine; exit code 3 if particles cost more.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["calibrate", "fluid_only"])]
-    compare: Option<PathBuf>,
-    /// Part by which the speed over that of the fluid only may be lower.
-    #[arg(long, value_name = "PART", default_value = "0.1", value_parser = bench::tolerance, requires = "compare")]
-    tolerance: f64,
 }
 
 #[derive(Debug, Args)]
@@ -241,7 +229,7 @@ struct PackArguments {
     out: PathBuf,
 }
 
-/// Exit code of a complete cross-check, validation, study or comparison of benchmarks with failed checks.
+/// Exit code of a complete cross-check, validation or study with failed checks.
 const CHECKS_FAILED: u8 = 3;
 
 /// Exit code of [`Error::Interrupted`]: a signal or the time limit came before the end.
@@ -288,7 +276,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Run(arguments) => run::run(&arguments).map(|()| true),
         Command::Resume(arguments) => run::resume(&arguments).map(|()| true),
         Command::Check(arguments) => check::check(&arguments).map(|()| true),
-        Command::Bench(arguments) => bench::bench(&arguments),
+        Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
         Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),
         Command::Crosscheck(arguments) => crosscheck::crosscheck(&arguments),
         Command::Study(arguments) => study::study(&arguments),

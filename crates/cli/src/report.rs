@@ -20,8 +20,6 @@ mod run;
 mod section;
 mod study;
 
-use crate::checks::prepare;
-use crate::study::document::{FILE as STUDY, RESULT};
 pub(crate) use film::{PICTURE, films};
 pub(crate) use html::shell;
 use section::{Block, Section};
@@ -33,6 +31,8 @@ use turbid::input;
 use turbid::output::numbers;
 use turbid::output::picture::{Format, write_figure};
 use turbid::output::{OutputFiles, SeriesColumn, SeriesTable, write_bytes};
+use turbid_lab::checks::prepare;
+use turbid_lab::study::document::{FILE as STUDY, RESULT};
 
 /// Names of the pages.
 pub const FILE: &str = "REPORT.md";

@@ -63,7 +63,7 @@ pub(super) fn summary(
 }
 
 /// Names of the devices that compute the fluid of a case, if it is not the processor.
-pub(in crate::simulation) fn device_name(setup: &Setup) -> Option<String> {
+pub fn device_name(setup: &Setup) -> Option<String> {
     #[cfg(feature = "gpu")]
     let name = |number: &usize| Some(crate::device::devices().get(*number)?.name.clone());
     #[cfg(not(feature = "gpu"))]

@@ -1,22 +1,16 @@
 //! `turbid bench`.
 
-mod compare;
-
 use super::machine::in_bytes;
-use super::terminal::{Row, notice, row, say, speaks, table};
+use super::terminal::{Row, row, say, table};
 use super::{BenchArguments, load, preflight};
-pub(super) use compare::tolerance;
-use compare::{Comparison, Recorded};
 use std::fmt::Write;
 use turbid::error::Result;
-use turbid::simulation::{self, BenchOptions, BenchReport, Spread, TimeEstimate};
+use turbid::simulation::{self, TimeEstimate};
+use turbid_lab::bench::{self, BenchOptions, BenchReport, Spread};
 
-/// Returns false if the comparison with an earlier result failed.
-pub(super) fn bench(arguments: &BenchArguments) -> Result<bool> {
-    let Some(case) = &arguments.case else {
-        return calibrate(arguments.changes.threads.unwrap_or(0)).map(|()| true);
-    };
-    let setup = load(case, &arguments.changes)
+/// Measures a case and prints its speed.
+pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
+    let setup = load(&arguments.case.case, &arguments.case.changes)
         .and_then(|setup| preflight::refuse_what_does_not_fit(&setup).map(|()| setup));
     let setup = simulation::agreed(setup)?;
     let options = BenchOptions {
@@ -26,11 +20,7 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<bool> {
         fluid_only: arguments.fluid_only,
         allow_engine: arguments.allow_engine,
     };
-    // Before the measurement, which takes longer.
-    let recorded = (arguments.compare.as_deref())
-        .map(|path| Recorded::read(path, &simulation::bench_conditions(&setup, &options)?));
-    let recorded = simulation::agreed(recorded.transpose())?;
-    let report = simulation::bench(&setup, &options)?;
+    let report = bench::bench(&setup, &options)?;
     if arguments.json {
         say(&serde_json::to_string_pretty(&report).expect("a report is plain JSON"));
     } else {
@@ -38,34 +28,6 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<bool> {
         let estimate = whole.then(|| simulation::time_estimate(&setup)).transpose()?;
         say(&text(&report, estimate.as_ref()));
     }
-    // One process of a job has the numbers of all.
-    let Some(recorded) = recorded.filter(|_| speaks()) else {
-        return Ok(true);
-    };
-    let Comparison { text, passed } = recorded.compare(&report.costs, arguments.tolerance);
-    if arguments.json {
-        notice(&text);
-    } else {
-        say(&format!("\n{text}"));
-    }
-    Ok(passed)
-}
-
-/// Measures this machine, and keeps what was found.
-fn calibrate(threads: usize) -> Result<()> {
-    let found = simulation::calibrate(threads)?;
-    let remark = format!("times as long as with the built-in costs, on {} threads", found.threads);
-    let factor = |factor: f64| format!("{factor:.2}");
-    let rows = [
-        row("f32", factor(found.single), remark),
-        row("f64", factor(found.double), ""),
-        row("f16", factor(found.half), ""),
-    ];
-    let kept = match found.keep()? {
-        Some(path) => format!("kept in {}, for the estimates of `check` and `study`", path.display()),
-        None => "not kept: neither XDG_CACHE_HOME nor HOME names a folder".to_string(),
-    };
-    say(&format!("{}\n{kept}", table(&rows)));
     Ok(())
 }
 
@@ -111,7 +73,7 @@ fn text(report: &BenchReport, estimate: Option<&TimeEstimate>) -> String {
     if let Some(estimate) = estimate {
         let rate = report.cells as f64 / estimate.seconds_per_step / 1e6;
         let value = format!("{rate:.1} MLUPS");
-        rows.push(row("estimated", value, preflight::basis(estimate)));
+        rows.push(row("estimated", value, "with the built-in costs"));
     }
     let stages = &report.stages_over_ranks;
     let step: f64 = stages.values().map(|seconds| seconds.mean).sum();

@@ -2,13 +2,13 @@
 
 use super::terminal::say;
 use super::{Changes, load, preflight, suite};
-use crate::checks::{self, Ending, Outcome, Score};
-use crate::crosscheck::{self, Against, CASES, files, own_case};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use turbid::error::{Error, Result};
+use turbid_lab::checks::{self, Ending, Outcome, Score};
+use turbid_lab::crosscheck::{self, Against, CASES, files, own_case};
 
 /// Cases and output of `turbid crosscheck`.
 #[derive(Debug, Args)]

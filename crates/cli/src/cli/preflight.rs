@@ -14,7 +14,7 @@ use turbid::engine::{EngineChoice, LiggghtsProcess};
 use turbid::error::{Error, Result};
 use turbid::fluid::Precision;
 use turbid::memory::{self, Room};
-use turbid::simulation::{TimeEstimate, bytes_per_cell, decompose, seconds_of_files, time_estimate};
+use turbid::simulation::{bytes_per_cell, decompose, seconds_of_files, time_estimate};
 
 /// Memory (bytes) for the cells and for the particles of a run.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
@@ -154,17 +154,11 @@ fn time_row(setup: &Setup) -> Option<Row> {
     Some(row(
         "estimated time",
         in_time(seconds),
-        format!("{rate:.0} MLUPS in {precision} on {} {ranks}{files}, {}", estimate.ranks, basis(&estimate)),
+        format!(
+            "{rate:.0} MLUPS in {precision} on {} {ranks}{files}, with the built-in costs",
+            estimate.ranks
+        ),
     ))
-}
-
-/// Basis of an estimate of time.
-pub(super) fn basis(estimate: &TimeEstimate) -> &'static str {
-    if estimate.calibrated {
-        "as calibrated on this machine"
-    } else {
-        "with the built-in costs; `turbid bench --calibrate` measures this machine"
-    }
 }
 
 /// Values outside the usual range, each with an admissible one.

@@ -4,10 +4,6 @@ use super::machine::in_time;
 use super::progress::Terminal;
 use super::terminal::{columns, say, warn};
 use super::{RunFlags, preflight, run};
-use crate::checks::{Score, cells};
-use crate::study::record::{Quantity, Record};
-use crate::study::state::State;
-use crate::study::{self, Event, Study};
 use clap::Args;
 use std::fmt::Write;
 use std::io::{IsTerminal, stderr};
@@ -16,6 +12,10 @@ use std::sync::Arc;
 use turbid::comm;
 use turbid::error::{Error, Result};
 use turbid::simulation::RunOptions;
+use turbid_lab::checks::{Score, cells};
+use turbid_lab::study::record::{Quantity, Record};
+use turbid_lab::study::state::State;
+use turbid_lab::study::{self, Event, Study};
 
 /// Study and flags of `turbid study`.
 #[derive(Debug, Args)]

@@ -3,13 +3,13 @@
 use super::suite::chosen;
 use super::terminal::say;
 use super::{Changes, RunFlags, run, walltime};
-use crate::checks::{self, Score};
-use crate::validate::{self, CASES, Case, Level, SuiteContext};
 use clap::Args;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use turbid::error::{Error, Result};
+use turbid_lab::checks::{self, Score};
+use turbid_lab::validate::{self, CASES, Case, Level, SuiteContext};
 
 /// Cases and output of `turbid validate`.
 #[derive(Debug, Args)]

@@ -4,10 +4,10 @@
 //! program act, which bear a number that follows from all contents.
 
 use super::section::{Block, Section};
-use crate::checks::one_line;
 use serde::Serialize;
 use std::fmt::Write;
 use turbid::output::picture::{Figure, Format};
+use turbid_lab::checks::one_line;
 use xxhash_rust::xxh3::xxh3_128;
 
 const STYLE: &str = include_str!("style.css");

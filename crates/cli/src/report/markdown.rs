@@ -14,7 +14,7 @@ pub(super) fn inline(words: &str) -> String {
 
 /// The same within a line, as in a cell of a table.
 pub(super) fn cell(words: &str) -> String {
-    let words = crate::checks::one_line(words);
+    let words = turbid_lab::checks::one_line(words);
     let parts: Vec<&str> = words.split('`').collect();
     let last = parts.len() - 1;
     let plain = |at: usize, part: &str| {

@@ -1,8 +1,8 @@
 //! A section of a page: its blocks, from which both `REPORT.md` and `report.html` are made.
 
 use super::{FIGURES, markdown};
-use crate::checks::{markdown_table, one_line};
 use turbid::output::picture::{Figure, Format};
+use turbid_lab::checks::{markdown_table, one_line};
 
 /// The description of one run or study.
 pub(super) struct Section {

@@ -2,11 +2,11 @@
 
 use super::section::{Block, Section};
 use super::{Source, html, read_json};
-use crate::checks::{Check, Score, bold_failure, cells};
-use crate::study::document::{Document, FILE, RESULT};
 use turbid::error::Result;
 use turbid::input;
 use turbid::output::numbers::{self, duration};
+use turbid_lab::checks::{Check, Score, bold_failure, cells};
+use turbid_lab::study::document::{Document, FILE, RESULT};
 
 /// Largest table of runs that is shown (bytes).
 const RUNS: u64 = 16 << 20;

@@ -1,10 +1,10 @@
 //! Claims about pages.
 
 use super::*;
-use crate::checks::Check;
-use crate::study::document::{self, Document, Runs, Table};
 use turbid::output::picture::Format::{Png, Svg};
 use turbid::output::{SeriesRow, SeriesWriter, Summary};
+use turbid_lab::checks::Check;
+use turbid_lab::study::document::{self, Document, Runs, Table};
 use turbid_plot::{Chart, Panel, Point, Series, Style};
 
 /// The table of a run that accelerates.

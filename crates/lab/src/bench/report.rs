@@ -1,10 +1,10 @@
 //! Results of a benchmark, on all ranks.
 
 use super::{Costs, Network};
-use crate::comm::Tally;
 use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
+use turbid::comm::Tally;
 
 /// Results of `turbid bench`; the keys of its JSON are stable.
 #[derive(Clone, Debug, Serialize)]
@@ -22,7 +22,7 @@ pub struct BenchReport {
     /// Costs of particles beside the fluid.
     #[serde(flatten)]
     pub costs: Costs,
-    /// Conditions that benchmarks must have in common to be compared: [`bench_conditions`](super::bench_conditions).
+    /// What benchmarks must have in common to be compared: the identity of the case, instructions, ranks, steps.
     pub conditions: Json,
     /// Seconds per step by stage on rank 0.
     pub stages: BTreeMap<String, f64>,

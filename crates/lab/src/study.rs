@@ -14,21 +14,21 @@
 
 mod check;
 mod convergence;
-pub(crate) mod document;
+pub mod document;
 mod execute;
 mod figure;
 pub mod file;
 mod plan;
 mod points;
-pub(crate) mod record;
+pub mod record;
 mod reference;
 mod refuse;
-pub(crate) mod state;
+pub mod state;
 mod table;
 
 use document::Document;
 pub use document::{DEFINITIONS as RESULT_DEFINITIONS, result_columns};
-pub(crate) use execute::{Event, execute};
+pub use execute::{Admit, Event, execute};
 use file::StudyFile;
 use plan::Plan;
 use record::Record;

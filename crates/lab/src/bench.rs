@@ -1,25 +1,9 @@
 //! Timing a case: steps without output, in turn with steps of its fluid without particles, beside the streaming bandwidth of the
 //! machine, and what every rank has and sends.
 
-mod alone;
 mod costs;
 mod report;
 
-use super::engine::{Context, engine};
-use super::observe::{device_name, instruction_set};
-use super::run::{agreed, decompose, forecast, on_ranks};
-use super::work::Calibration;
-use super::{Simulation, Timings, identity};
-use crate::case::{self, Setup};
-use crate::comm::{Comm, Traffic};
-use crate::coupling::AnyFluid;
-use crate::dem::DemEngine;
-use crate::domain::Decomposition;
-use crate::engine::refuse_unusable;
-use crate::error::{Error, Result};
-use crate::fluid::stream_bandwidth;
-use crate::output::contacts::ids;
-use alone::{Alone, without_particles};
 pub use costs::Costs;
 use costs::Samples;
 pub use report::{BenchReport, KernelReport, RankReport, Rate, Spread};
@@ -27,6 +11,18 @@ use serde::Serialize;
 use serde_json::{Value as Json, json};
 use std::collections::BTreeMap;
 use std::time::Instant;
+use turbid::case::Setup;
+use turbid::comm::{Comm, Traffic};
+use turbid::coupling::{AnyFluid, CONTROL_INTERVAL};
+use turbid::dem::DemEngine;
+use turbid::domain::Decomposition;
+use turbid::engine::{EngineChoice, refuse_unusable};
+use turbid::error::{Error, Result};
+use turbid::fluid::stream_bandwidth;
+use turbid::math::Vec3;
+use turbid::output::contacts::ids;
+use turbid::simulation::{Simulation, agreed, decompose, device_name, identity, instruction_set, on_ranks};
+use turbid::timing::Timings;
 
 /// Samples taken; figures are medians.
 const SAMPLES: usize = 5;
@@ -46,9 +42,9 @@ pub struct BenchOptions {
     pub allow_engine: bool,
 }
 
-/// Times steps of a case without writing anything; errors as [`run`](super::run()), but those of the output.
+/// Times steps of a case without writing anything; errors as [`run`](turbid::simulation::run()), but those of the output.
 pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
-    let conditions = agreed(bench_conditions(setup, options))?;
+    let conditions = agreed(conditions(setup, options))?;
     let mut setup = if options.fluid_only { without_particles(setup) } else { setup.clone() };
     if options.no_contact {
         setup.contact = None;
@@ -60,9 +56,9 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
     Ok(report)
 }
 
-/// All that two benchmarks must have in common for their ratios to be comparable, whatever machine they ran on: the
-/// [identity](identity()) of the case, instructions, ranks, steps, and what is left out. Errors: [`Error::Input`] if these are too many ranks.
-pub fn bench_conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
+/// All that two benchmarks must have in common for their ratios to be comparable, whatever machine they ran on: the identity of the
+/// case, instructions, ranks, steps, and what is left out. Errors: [`Error::Input`] if these are too many ranks.
+fn conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
     let mut conditions = identity(setup);
     let more = json!({
         "particles": setup.particles.len(),
@@ -80,55 +76,27 @@ pub fn bench_conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
     Ok(conditions)
 }
 
-/// Spheres that fill a fifth of a box too large for caches: what most runs are like.
-const CALIBRATION_CASE: &str = r"
-[domain]
-size = { diameters = [8, 8, 10] }
-[fluid]
-density = 1000.0
-archimedes = 1000
-[lattice]
-cells_per_diameter = 12
-relaxation_time = 0.55
-[[particles]]
-shape = { sphere = { diameter = 1.5e-3 } }
-density = 3300.0
-volume_fraction = 0.2
-seed = 1
-[run]
-end = { steps = 100 }
-";
+/// Part of the timed steps that are repeated without particles.
+const PART: u64 = 4;
 
-/// Times a built-in case on `threads` threads (0 is one per core), in all precisions: a calibration for estimates of later runs,
-/// once it is [kept](Calibration::keep). Errors: [`Error::Input`] in an MPI job, or if these are too many threads;
-/// [`Error::Memory`].
-pub fn calibrate(threads: usize) -> Result<Calibration> {
-    if let Some(launched) = crate::comm::launched().filter(|launched| launched.size > 1) {
-        return Err(Error::Input(format!(
-            "a calibration was started on {} processes, but it is one of threads; start one process, with --threads {}",
-            launched.size, launched.size
-        )));
+/// Number of steps without particles beside `steps` with them: few, but as large a part of them measures the flow.
+fn steps_alone(steps: u64) -> u64 {
+    steps.div_ceil(PART * CONTROL_INTERVAL) * CONTROL_INTERVAL
+}
+
+/// A case without its particles and contacts.
+fn without_particles(setup: &Setup) -> Setup {
+    let mut setup = setup.clone();
+    setup.contact = None;
+    setup.particles.clear();
+    setup.engine = EngineChoice::Native;
+    // Something must move, without getting fast in any number of steps that a benchmark takes.
+    let units = setup.units();
+    if let Some(fluid) = &mut setup.fluid {
+        fluid.zero_net_flux = [false; 3];
+        fluid.body_acceleration = Vec3::x() * (1e-7 * units.acceleration());
     }
-    let mut ranks = 1;
-    let mut measured_over_estimated = |precision: &str| {
-        let mut setup =
-            case::from_text(CALIBRATION_CASE, "calibration", &[format!("fluid.precision={precision:?}")])?;
-        setup.plan.threads = threads;
-        let options = BenchOptions {
-            steps: 30,
-            warm_up: 30,
-            no_contact: false,
-            fluid_only: false,
-            allow_engine: false,
-        };
-        let report = bench(&setup, &options)?;
-        ranks = report.ranks;
-        let seconds = report.cells as f64 / (1e6 * report.mlups);
-        Ok::<f64, Error>(seconds / forecast(&setup, ranks)?.seconds_per_step())
-    };
-    let factors =
-        [measured_over_estimated("f16")?, measured_over_estimated("f32")?, measured_over_estimated("f64")?];
-    Ok(Calibration::new(ranks, factors))
+    setup
 }
 
 fn bench_rank(
@@ -137,22 +105,24 @@ fn bench_rank(
     decomposition: &Decomposition,
     comm: Comm,
 ) -> Result<BenchReport> {
-    let context = Context { allowed: options.allow_engine, ..Context::default() };
-    let dem = engine(setup, decomposition, &comm, &context)?;
-    let mut simulation = Simulation::with_engine(setup, decomposition, comm, dem)?;
+    let mut simulation = Simulation::with_any_engine(setup, decomposition, comm)?;
     simulation.advance(options.warm_up)?;
     // Ranks of one process share its memory: all look before the first of them fills arrays.
-    simulation.comm.barrier();
+    simulation.comm().barrier();
     let resident = peak_resident_bytes();
-    simulation.comm.barrier();
+    simulation.comm().barrier();
     *simulation.timings() = Timings::default();
-    let mut alone = Alone::new(setup, decomposition, &simulation)?;
+    let mut alone = if setup.particles.is_empty() {
+        None
+    } else {
+        simulation.alone(&without_particles(setup), decomposition)?
+    };
     let cells = setup.domain.cell_count();
     let (mut samples, mut traffic) = (Samples::default(), Traffic::default());
     for _ in 0..SAMPLES {
-        let own = stream_bandwidth(1, &simulation.comm)?;
+        let own = stream_bandwidth(1, simulation.comm())?;
         let mut total = [own as i64];
-        simulation.comm.sum(&mut total);
+        simulation.comm().sum(&mut total);
         samples.bandwidth.push(total[0] as f64 / 1e9);
         let mlups = |simulation: &mut Simulation, steps: u64| {
             let (seconds, sent) = timed(simulation, steps)?;
@@ -162,9 +132,9 @@ fn bench_rank(
         samples.mlups.push(speed);
         traffic = traffic + sent;
         if let Some(alone) = &mut alone {
-            alone.swap(&mut simulation);
-            let speed = mlups(&mut simulation, Alone::steps(options.steps));
-            alone.swap(&mut simulation);
+            simulation.swap_particles(alone);
+            let speed = mlups(&mut simulation, steps_alone(options.steps));
+            simulation.swap_particles(alone);
             samples.fluid_only.push(speed?.0);
         }
     }
@@ -176,11 +146,11 @@ fn bench_rank(
     let mut mine = rank_report(&mut simulation, traffic, steps, resident);
     if let Some(alone) = &alone {
         mine.fluid_only_stages =
-            per_step(&alone.timings, (SAMPLES as u64 * Alone::steps(options.steps)) as f64);
+            per_step(&alone.timings, (SAMPLES as u64 * steps_alone(options.steps)) as f64);
     } else if setup.fluid.is_some() {
         samples.fluid_only.clone_from(&samples.mlups);
     }
-    let comm = &simulation.comm;
+    let comm = simulation.comm();
     let network = Network::measure(comm);
     let by_rank: Vec<RankReport> = comm
         .gather(serde_json::to_vec(&mine).expect("a report is plain JSON"))
@@ -235,12 +205,12 @@ fn bench_rank(
 
 /// Seconds that some steps take, and what this rank sends in them. Collective.
 fn timed(simulation: &mut Simulation, steps: u64) -> Result<(f64, Traffic)> {
-    simulation.comm.barrier();
-    let (start, before) = (Instant::now(), simulation.comm.traffic());
+    simulation.comm().barrier();
+    let (start, before) = (Instant::now(), simulation.comm().traffic());
     // Without the message by which `advance` shares failures.
     (0..steps).try_for_each(|_| simulation.step())?;
-    let sent = simulation.comm.traffic() - before;
-    simulation.comm.barrier();
+    let sent = simulation.comm().traffic() - before;
+    simulation.comm().barrier();
     Ok((start.elapsed().as_secs_f64(), sent))
 }
 
@@ -248,16 +218,16 @@ fn timed(simulation: &mut Simulation, steps: u64) -> Result<(f64, Traffic)> {
 #[cfg(feature = "gpu")]
 fn kernels(simulation: &mut Simulation, steps: u64) -> Result<Vec<KernelReport>> {
     let time = |simulation: &Simulation, on| {
-        simulation.system.as_ref().map(|system| system.fluid.time_kernels(on)).unwrap_or_default()
+        simulation.fluid().map(|fluid| fluid.time_kernels(on)).unwrap_or_default()
     };
-    if simulation.system.as_ref().and_then(|system| system.fluid.device_traffic()).is_none() {
+    if simulation.fluid().and_then(AnyFluid::device_traffic).is_none() {
         return Ok(Vec::new());
     }
     time(simulation, true);
     let timings = std::mem::take(simulation.timings());
     simulation.advance(steps)?;
     *simulation.timings() = timings;
-    let report = |cost: crate::device::KernelCost| KernelReport {
+    let report = |cost: turbid::device::KernelCost| KernelReport {
         name: cost.name,
         seconds: cost.seconds / steps as f64,
         bytes: cost.bytes as f64 / steps as f64,
@@ -274,21 +244,20 @@ fn per_step(timings: &Timings, steps: f64) -> BTreeMap<String, f64> {
 /// State of this rank, and what it did in `steps` steps.
 fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, resident: u64) -> RankReport {
     let stages = per_step(simulation.timings(), steps);
-    let system = simulation.system.as_ref();
-    let cover = system.map(|system| system.coupling.cover_count()).unwrap_or_default();
-    let particles = simulation.dem.particles();
+    let cover = simulation.cover_count();
+    let particles = simulation.dem().particles();
     let [halo, exchange, collective] =
         [traffic.halo, traffic.exchange, traffic.collective].map(|tally| Rate::new(tally, steps));
     RankReport {
-        rank: simulation.comm.rank(),
-        cells: system.map_or(0, |system| system.fluid.block().cell_count()),
+        rank: simulation.comm().rank(),
+        cells: simulation.fluid().map_or(0, |fluid| fluid.block().cell_count()),
         covered_cells: cover.cells,
         cut_cells: cover.cut,
         segments: cover.segments,
         particles: particles.owned,
         ghosts: particles.particles.len() - particles.owned,
-        contacts: simulation.dem.contacts().count,
-        forces_sent: forces_sent(&*simulation.dem),
+        contacts: simulation.dem().contacts().count,
+        forces_sent: forces_sent(simulation.dem()),
         halo,
         exchange,
         collective,
@@ -343,7 +312,7 @@ pub struct Network {
 
 impl Network {
     /// Measures; nothing to measure on one rank. Collective.
-    pub(super) fn measure(comm: &Comm) -> Option<Self> {
+    fn measure(comm: &Comm) -> Option<Self> {
         if comm.size() == 1 {
             return None;
         }
@@ -395,8 +364,8 @@ fn best(comm: &Comm, mut call: impl FnMut()) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::from_text;
-    use crate::comm::on_threads;
+    use turbid::case::from_text;
+    use turbid::comm::on_threads;
 
     pub(super) const CASE: &str = r"
 [domain]

@@ -24,7 +24,7 @@ const POLL: Duration = Duration::from_millis(50);
 
 /// Progress of the execution.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Event<'a> {
+pub enum Event<'a> {
     /// A run begins, or is resumed.
     Begins {
         name: &'a str,
@@ -43,7 +43,7 @@ pub(crate) enum Event<'a> {
 
 /// Result of the execution of a study.
 #[derive(Debug, Default)]
-pub(crate) struct Outcome {
+pub struct Outcome {
     /// True if it was told to stop, or its time was over.
     pub interrupted: bool,
     /// Runs that failed now.
@@ -57,7 +57,7 @@ pub(crate) struct Outcome {
 ///
 /// # Errors
 /// Those of the directory of the study and of writing there; a run that fails is an event and no error.
-pub(crate) fn execute(
+pub fn execute(
     study: &mut Study,
     options: &RunOptions,
     only: Option<&str>,
@@ -114,7 +114,7 @@ pub(crate) fn execute(
 }
 
 /// Refuses a run, or returns warnings about it.
-pub(crate) type Admit<'a> = dyn Fn(&Setup) -> Result<Vec<String>> + 'a;
+pub type Admit<'a> = dyn Fn(&Setup) -> Result<Vec<String>> + 'a;
 
 /// Runs a case from the start or from its last checkpoint; whether it finished.
 fn simulate(study: &Study, run: usize, options: &RunOptions, admit: &Admit) -> Result<bool> {

@@ -78,7 +78,7 @@ impl Plan {
     ///
     /// # Errors
     /// [`Error::Input`] with the position in the study file or, if the case is at fault, in the case with the name of the run.
-    pub(crate) fn new(source: Source, file: &StudyFile, case: &Path) -> Result<Self> {
+    pub fn new(source: Source, file: &StudyFile, case: &Path) -> Result<Self> {
         let axes = file.axes.iter().map(|section| axis(&source, &section.value)).collect::<Result<_>>()?;
         let mut plan = Self { source, axes, runs: Vec::new(), derived: Vec::new() };
         plan.refuse_duplicates("axes", file.axes.iter().map(|section| &section.value.name))?;

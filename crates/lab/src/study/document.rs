@@ -13,9 +13,9 @@ use turbid::output::write_bytes;
 use turbid_plot::Chart;
 
 /// Name of the document in the directory of a study.
-pub(crate) const FILE: &str = "study.json";
+pub const FILE: &str = "study.json";
 /// Name of the table of all runs beside it.
-pub(crate) const RESULT: &str = "result.csv";
+pub const RESULT: &str = "result.csv";
 
 /// Columns of `result.csv` for a run; quantities that it does not have stay empty.
 const OF_A_RUN: &str = "archimedes volume_fraction particles cells_per_diameter relaxation_time \

@@ -7,7 +7,7 @@ use serde::Serialize;
 const CUT_CELL: usize = 2 * size_of::<f32>();
 
 /// The same for each segment.
-const SEGMENT: usize = 2 * size_of::<crate::fluid::Segment>();
+const SEGMENT: usize = 2 * size_of::<turbid::fluid::Segment>();
 
 /// Stages in which particles take time besides contacts and motion.
 const COUPLED: [&str; 3] = ["map", "fluid", "loads"];
@@ -98,7 +98,7 @@ mod tests {
     use super::super::tests::{CASE, report, setup};
     use super::super::{BenchOptions, bench};
     use super::per_contact;
-    use crate::case::from_text;
+    use turbid::case::from_text;
 
     #[test]
     fn particles_cost_time_and_bytes_on_3_ranks() {
