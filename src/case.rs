@@ -44,25 +44,24 @@ use crate::contact::ContactModel;
 use crate::coupling::{ForceBalance, Method};
 use crate::domain::Domain;
 use crate::engine::EngineChoice;
-use crate::fluid::{Collision, Precision, Simd};
+use crate::fluid::Collision;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, PrescribedMotion, Template};
 use crate::units::Units;
 use crate::wall::Wall;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
 
 pub use couette::Couette;
-pub use file::schema;
 pub use file::{BodyColour, Quantity};
+pub use file::{free_keys, schema};
 pub use hertz::Hertz;
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
-pub use schedule::CHECKPOINT_INTERVAL;
 pub(crate) use schedule::of_machine;
+pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan};
 #[doc(hidden)]
 pub use source::{Source, nearest};
 pub use speeds::{Bound, DrivenFlow, Impact};
@@ -200,25 +199,6 @@ pub struct FluidSetup {
     pub scales: Scales,
 }
 
-/// Length of a run, hardware and output. None of this changes the physics, but the precision rounds it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunPlan {
-    /// Number of time steps to run.
-    pub end_step: u64,
-    /// Averages are taken from this step on.
-    pub average_from_step: u64,
-    /// Thread ranks; 0 is one per core.
-    pub threads: usize,
-    /// Storage of the populations.
-    pub precision: Precision,
-    /// Instruction set; `None` takes the best this processor has.
-    pub simd: Option<Simd>,
-    /// Numbers of the devices that compute the fluid, which ranks take in turn; none is the processor.
-    pub devices: Vec<usize>,
-    /// Files to write.
-    pub output: OutputPlan,
-}
-
 /// The text that a [`Setup`] was resolved from, and its files.
 #[derive(Clone, Debug, Default)]
 pub struct Provenance {
@@ -251,40 +231,4 @@ pub struct Scales {
     pub schiller_naumann_velocity: f64,
     /// Reynolds number at that velocity (-).
     pub schiller_naumann_reynolds: f64,
-}
-
-/// Directory and intervals of the output (fluid steps; 0 is never).
-#[derive(Clone, Debug, PartialEq)]
-pub struct OutputPlan {
-    /// Directory for all output.
-    pub directory: PathBuf,
-    /// Steps between rows of `series.csv`.
-    pub series_every: u64,
-    /// Steps between field files.
-    pub fields_every: u64,
-    /// Steps between particle files.
-    pub particles_every: u64,
-    /// Steps between files of the surfaces of particles.
-    pub surfaces_every: u64,
-    /// Steps between files of contacts.
-    pub contacts_every: u64,
-    /// Steps between pictures.
-    pub picture_every: u64,
-    /// The pictures.
-    pub pictures: Vec<PicturePlan>,
-    /// Interval between checkpoints.
-    pub checkpoint_every: CheckpointSpacing,
-    /// The run leaves a checkpoint at its end.
-    pub checkpoint_at_end: bool,
-}
-
-/// Interval between the checkpoints that a run writes without a request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum CheckpointSpacing {
-    /// Never.
-    Never,
-    /// After each interval of this many steps.
-    Steps(u64),
-    /// After so much wall time each.
-    WallTime(Duration),
 }

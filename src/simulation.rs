@@ -47,7 +47,7 @@ pub use identity::identity;
 pub use measure::Measurement;
 #[doc(hidden)]
 pub use observe::device_name;
-pub use observe::instruction_set;
+pub use observe::{Sums, Totals, instruction_set};
 pub use references::{Law, Suspension, settling_references};
 #[doc(hidden)]
 pub use run::on_ranks;
@@ -60,8 +60,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 pub use work::{Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 pub use writers::{
-    FileEstimate, Need, RankOutput, RootOutput, Writer, WriterState, file_estimates, seconds_of_files,
-    slice_planes,
+    FileEstimate, Need, RankOutput, RankState, RootOutput, Writer, WriterState, file_estimates,
+    seconds_of_files, slice_planes,
 };
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 

@@ -37,7 +37,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "case",
-        "mesh engine packing coupling fluid contact particle shape wall domain device units math input memory error",
+        "mesh engine packing output coupling fluid contact particle shape wall domain device units math input memory error",
     ),
     ("output", "checkpoint plot dem particle shape wall domain math input error"),
     ("plot", ""),

@@ -9,13 +9,14 @@ mod pictures;
 mod shapes;
 mod walls;
 
-use super::schema::{non_negative, positive};
+use super::schema::{free, non_negative, positive};
 use crate::coupling::ForceBalance;
 pub use crate::coupling::SolidOperator;
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 pub use contacts::{
     ContactSection, DemSection, EngineKind, EngineSection, GeometryKind, LiggghtsSection, MaterialSection,
@@ -272,12 +273,15 @@ pub struct RunSection {
     pub average_from: Option<Duration>,
     /// Threads; 0 is one per core. Default 0. Results do not depend on it.
     #[serde(default)]
+    #[schemars(transform = free)]
     pub threads: usize,
     /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
+    #[schemars(transform = free)]
     pub simd: Option<Simd>,
     /// Device that computes the fluid: "cpu", "gpu" or "gpu:1", a device by its number in `turbid doctor`, from 0 on, or "gpu:0,1", devices
     /// that the ranks take in turn. Default "cpu". Results do not depend on it. With devices, the default of `threads` is their number.
     #[schemars(regex(pattern = r"^(cpu|gpu(:[0-9]{1,3}(,[0-9]{1,3})*)?)$"))]
+    #[schemars(transform = free)]
     pub device: Option<String>,
 }
 
@@ -328,26 +332,35 @@ pub enum CheckpointEvery {
 #[serde(deny_unknown_fields, default)]
 pub struct OutputSection {
     /// Directory for all output, relative to where turbid is started. Default `out/<name of the case file>`.
+    #[schemars(transform = free)]
     pub directory: Option<String>,
     /// Rows of series.csv, which all means are taken from: cannot be "never". Default: 1000 over the run.
     pub series_every: Option<Every>,
     /// Fields (.vti): velocity, pressure, solid fraction. Default: 5 over the run.
+    #[schemars(transform = free)]
     pub fields_every: Option<Every>,
     /// Particles as points (.vtp): position, orientation, motion, forces, in double precision. Default: 50 over the run.
+    #[schemars(transform = free)]
     pub particles_every: Option<Every>,
     /// Surfaces of all particles as triangles (.vtp), 11 kB per sphere. Default: as often as particles, but "never" where
     /// they have more than 100000 triangles: 312 spheres or 8333 cubes.
+    #[schemars(transform = free)]
     pub surfaces_every: Option<Every>,
     /// Contacts (.vtp). Default: as often as particles.
+    #[schemars(transform = free)]
     pub contacts_every: Option<Every>,
     /// Pictures (.png). Default: 10 over the run.
+    #[schemars(transform = free)]
     pub picture_every: Option<Every>,
     /// Pictures, each a slice of the flow or a view of the box. Default: a slice of the speed, and a view; in a dry run a view.
+    #[schemars(transform = free)]
     pub pictures: Option<Vec<PictureSection>>,
     /// Checkpoints, from which `turbid resume` continues; the last two are kept. Default `{ wall_time = 600 }`, with the engine
     /// LIGGGHTS "never".
+    #[schemars(transform = free)]
     pub checkpoint_every: Option<CheckpointEvery>,
     /// A checkpoint at the end, with which a finished run can be extended or branched off. Default: true unless `checkpoint_every` is "never".
+    #[schemars(transform = free)]
     pub checkpoint_at_end: Option<bool>,
 }
 
@@ -366,4 +379,11 @@ pub enum Axis {
 /// The JSON schema of the case file, for editors.
 pub fn schema() -> String {
     super::schema::text::<Case>()
+}
+
+/// Section and name of the keys that do not change the results of a run, which are marked so above: cases that differ in them alone are
+/// one.
+pub fn free_keys() -> &'static [[String; 2]] {
+    static KEYS: LazyLock<Vec<[String; 2]>> = LazyLock::new(super::schema::free_keys::<Case>);
+    &KEYS
 }

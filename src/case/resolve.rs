@@ -11,12 +11,13 @@ use super::motion::{buoyancy, motions};
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Written;
-use super::schedule::{Known, are_few, of_machine, reschedule, title};
+use super::schedule::{Known, of_machine, reschedule, title};
 use super::source::Source;
 use super::space::{domain, refuse_double_contacts, refuse_what_is_too_large};
 use super::walls::{free_volume, walls};
 use super::{Provenance, RunPlan, Setup};
 use crate::error::Result;
+use crate::output::surfaces::are_few;
 use crate::wall::Wall;
 use std::path::Path;
 

@@ -1,20 +1,75 @@
 //! The run plan: its length and outputs, which may change when a run is resumed.
 
+use super::Setup;
 use super::checks::{Clock, Document};
 use super::file::{CheckpointEvery, Duration, Every};
 use super::overrides::split;
-use super::pictures::pictures;
+use super::pictures::{PicturePlan, pictures};
 use super::source::Source;
-use super::{CheckpointSpacing, OutputPlan, RunPlan, Setup};
 use crate::error::Result;
 use crate::fluid::{Precision, Simd};
 use crate::math::Vec3;
-use crate::particle::{FEW_TRIANGLES, Template, surface_triangles};
+use crate::output::surfaces::are_few;
 use std::path::{Path, PathBuf};
 use std::time::Duration as WallTime;
 
 /// Wall time between checkpoints if a case says nothing: what is lost if the machine stops.
 pub const CHECKPOINT_INTERVAL: WallTime = WallTime::from_secs(600);
+
+/// Length of a run, hardware and output. None of this changes the physics, but the precision rounds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunPlan {
+    /// Number of time steps to run.
+    pub end_step: u64,
+    /// Averages are taken from this step on.
+    pub average_from_step: u64,
+    /// Thread ranks; 0 is one per core.
+    pub threads: usize,
+    /// Storage of the populations.
+    pub precision: Precision,
+    /// Instruction set; `None` takes the best this processor has.
+    pub simd: Option<Simd>,
+    /// Numbers of the devices that compute the fluid, which ranks take in turn; none is the processor.
+    pub devices: Vec<usize>,
+    /// Files to write.
+    pub output: OutputPlan,
+}
+
+/// Directory and intervals of the output (fluid steps; 0 is never).
+#[derive(Clone, Debug, PartialEq)]
+pub struct OutputPlan {
+    /// Directory for all output.
+    pub directory: PathBuf,
+    /// Steps between rows of `series.csv`.
+    pub series_every: u64,
+    /// Steps between field files.
+    pub fields_every: u64,
+    /// Steps between particle files.
+    pub particles_every: u64,
+    /// Steps between files of the surfaces of particles.
+    pub surfaces_every: u64,
+    /// Steps between files of contacts.
+    pub contacts_every: u64,
+    /// Steps between pictures.
+    pub picture_every: u64,
+    /// The pictures.
+    pub pictures: Vec<PicturePlan>,
+    /// Interval between checkpoints.
+    pub checkpoint_every: CheckpointSpacing,
+    /// The run leaves a checkpoint at its end.
+    pub checkpoint_at_end: bool,
+}
+
+/// Interval between the checkpoints that a run writes without a request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CheckpointSpacing {
+    /// Never.
+    Never,
+    /// After each interval of this many steps.
+    Steps(u64),
+    /// After so much wall time each.
+    WallTime(WallTime),
+}
 
 /// Properties of a case that its schedule depends on.
 pub(super) struct Known<'a> {
@@ -100,11 +155,6 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     }
     (setup.plan, setup.provenance.text) = (plan, text);
     Ok(())
-}
-
-/// True if the surfaces of particles, given as numbers of particles by template, are small enough to be written by default.
-pub(super) fn are_few(templates: &[Template], counts: impl IntoIterator<Item = (usize, usize)>) -> bool {
-    surface_triangles(templates, counts) <= FEW_TRIANGLES
 }
 
 /// The options that fit a saved case to this machine, which may lack what the one had that the run comes from.

@@ -6,6 +6,9 @@ use serde_json::{Value as Json, json};
 /// Words of a choice and their earlier names, which cases may still use.
 const EARLIER_NAMES: [(&str, &str); 2] = [("homogenised", "paper"), ("overlap_volume", "paper")];
 
+/// Keyword of ours for keys of which no result depends.
+const FREE: &str = "x-free";
+
 /// The schema of a type, without the `null` that TOML cannot write.
 pub(crate) fn of<T: JsonSchema>() -> Json {
     let mut schema = schemars::schema_for!(T).to_value();
@@ -13,10 +16,12 @@ pub(crate) fn of<T: JsonSchema>() -> Json {
     schema
 }
 
-/// The same as text.
+/// The same as text, without our own marks.
 pub fn text<T: JsonSchema>() -> String {
+    let mut schema = of::<T>();
+    unmark(&mut schema);
     // As a schema again, whose keywords have their usual order.
-    let schema = Schema::try_from(of::<T>()).expect("an object");
+    let schema = Schema::try_from(schema).expect("an object");
     serde_json::to_string_pretty(&schema).expect("a schema is plain JSON") + "\n"
 }
 
@@ -52,6 +57,37 @@ fn adapt(schema: &mut Json) {
                 object.entry(key).or_insert(value);
             }
         }
+    }
+}
+
+/// Marks a key of which no result depends.
+pub(crate) fn free(schema: &mut Schema) {
+    schema.insert(FREE.to_string(), true.into());
+}
+
+/// Section and name of the keys that are marked as [`free`].
+pub(crate) fn free_keys<T: JsonSchema>() -> Vec<[String; 2]> {
+    let schema = of::<T>();
+    let defined =
+        |part: &Json| part["$ref"].as_str().and_then(|name| schema.pointer(name.strip_prefix('#')?));
+    let sections = schema["properties"].as_object().into_iter().flatten();
+    let of_section =
+        sections.filter_map(|(section, part)| Some((section, defined(part)?["properties"].as_object()?)));
+    let keys =
+        of_section.flat_map(|(section, keys)| keys.iter().map(move |(key, part)| (section, key, part)));
+    keys.filter(|(.., part)| part[FREE] == true)
+        .map(|(section, key, _)| [section.clone(), key.clone()])
+        .collect()
+}
+
+fn unmark(schema: &mut Json) {
+    match schema {
+        Json::Array(list) => list.iter_mut().for_each(unmark),
+        Json::Object(object) => {
+            object.remove(FREE);
+            object.values_mut().for_each(unmark);
+        }
+        _ => {}
     }
 }
 

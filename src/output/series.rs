@@ -196,29 +196,41 @@ pub struct SeriesRow {
     pub kinetic_energy_rotation: f64,
     /// Momentum of fluid and particles (kg m/s).
     pub momentum: [f64; 3],
-    /// Force of the particles on all walls, by contacts (N); NaN, as are all stresses by contacts, if the engine does not tell its
-    /// contacts, and then an empty cell.
-    #[serde(serialize_with = "known")]
-    pub wall_force: [f64; 3],
+    /// Force of the particles on all walls, by contacts (N). This and all that follows from contacts is `None`, cells that are empty,
+    /// if the engine does not tell its contacts.
+    #[serde(serialize_with = "cells")]
+    pub wall_force: Option<[f64; 3]>,
     /// Gravitational energy of the particles (J).
     pub gravitational_energy: f64,
     /// Largest Mach number of the fluid (-).
     pub max_mach: f64,
     /// Stress of the particles by contacts (Pa): `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
-    #[serde(serialize_with = "known")]
-    pub contact_stress: [f64; 6],
+    #[serde(serialize_with = "cells")]
+    pub contact_stress: Option<[f64; 6]>,
     /// Stress of the particles by the fluid (Pa).
     pub hydrodynamic_stress: [f64; 6],
-    /// Values of the columns that [`wall_columns`] names.
-    #[serde(serialize_with = "known")]
-    pub walls: Vec<f64>,
+    /// Vectors of the columns that [`wall_columns`] names.
+    #[serde(serialize_with = "each_cells")]
+    pub walls: Vec<Option<[f64; 3]>>,
     /// Values of the columns that [`load_columns`] names.
     pub prescribed: Vec<f64>,
 }
 
-/// Numbers of a row, with empty cells for NaN.
-fn known<S: Serializer>(values: &impl AsRef<[f64]>, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-    serializer.collect_seq(values.as_ref().iter().map(|x| (!x.is_nan()).then_some(x)))
+/// A group of columns: its numbers, or empty cells.
+#[expect(clippy::ref_option, reason = "serde hands over references to fields")]
+fn cells<S: Serializer, const N: usize>(
+    values: &Option<[f64; N]>,
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    each_cells(std::slice::from_ref(values), serializer)
+}
+
+/// Groups of columns.
+fn each_cells<S: Serializer, const N: usize>(
+    groups: &[Option<[f64; N]>],
+    serializer: S,
+) -> std::result::Result<S::Ok, S::Error> {
+    serializer.collect_seq(groups.iter().flat_map(|group| group.map_or([None; N], |values| values.map(Some))))
 }
 
 /// The columns of a time series, by the names in its header.
@@ -394,12 +406,7 @@ mod tests {
     fn what_is_not_known_is_an_empty_cell_and_is_read_as_nan() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
-        let row = SeriesRow {
-            wall_force: [f64::NAN; 3],
-            contact_stress: [f64::NAN; 6],
-            max_mach: 0.25,
-            ..SeriesRow::default()
-        };
+        let row = SeriesRow { max_mach: 0.25, ..SeriesRow::default() };
         SeriesWriter::create(&path, &[], &[]).unwrap().write(&[row]).unwrap();
         assert!(
             std::fs::read_to_string(&path).unwrap().ends_with(",,,,0.0,0.25,,,,,,,0.0,0.0,0.0,0.0,0.0,0.0\n")

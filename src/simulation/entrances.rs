@@ -162,6 +162,11 @@ impl Simulation {
     /// Load of the fluid in the last step, buoyancy included, on each particle that this rank owned in it, with its id, ascending.
     /// Nothing without a fluid and before the first step.
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
+        self.swept().map(|(particle, load)| (particle.id, load))
+    }
+
+    /// The particles that this rank owned in the last step, as they were at its start, with their [loads](Self::loads).
+    pub(super) fn swept(&self) -> impl Iterator<Item = (&Particle, Load)> {
         let stepped = self.system.as_ref().filter(|_| self.step > 0);
         stepped.into_iter().flat_map(|system| system.coupling.last_loads())
     }

@@ -6,8 +6,9 @@
 mod gather;
 mod row;
 mod summary;
+mod sums;
 
-use super::writers::{self, Need, RankOutput, RootOutput, Writer, WriterState, slice_planes};
+use super::writers::{self, Need, RankOutput, RankState, RootOutput, Writer, WriterState, slice_planes};
 use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -16,7 +17,9 @@ use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind};
 use crate::output::{Numbered, OutputFiles, Summary};
 use crate::particle::Particle;
-pub(super) use gather::{fields as all_fields, loads as all_loads, own_fields, particles as all_particles};
+pub(super) use gather::{
+    each_cell, fields as all_fields, loads as all_loads, own_fields, particles as all_particles,
+};
 pub(super) use row::settles_for_ever;
 #[cfg(feature = "pictures")]
 pub(super) use row::settling_direction;
@@ -28,6 +31,7 @@ use std::sync::Arc;
 use std::time::Instant;
 pub use summary::device_name;
 pub use summary::instruction_set;
+pub use sums::{Sums, Totals};
 
 /// Name of the writer whose time is a stage of its own.
 pub(super) const PICTURES: &str = "pictures";
@@ -221,7 +225,8 @@ impl<'a> Observer<'a> {
         )))
     }
 
-    /// Gathers the `needs` of the writers that are `due`, lets them write, and complete their files when all pieces are there.
+    /// Adds up what the writers that are `due` [sum](Writer::sums), gathers what they `need`, lets them write, and complete their files
+    /// when all pieces are there.
     /// Collective.
     fn write(
         &mut self,
@@ -233,12 +238,14 @@ impl<'a> Observer<'a> {
         simulation.comm.agree(self.intact())?;
         let (setup, cut, needed) = (self.setup, self.decomposition, |need| needs.contains(&need));
         let time = simulation.step as f64 * setup.time_step;
-        let touches = if needed(Need::Contacts) || needed(Need::AllContacts) || needed(Need::Row) {
-            simulation.dem.contact_states()
-        } else {
-            Vec::new()
-        };
-        let row = measured.and_then(|measured| row::row(setup, simulation, measured, &touches));
+        let mut rank = RankState::new(simulation);
+        let of_row = measured.map_or_else(Sums::default, |measured| row::sums(setup, &rank, measured));
+        let of_each = due.iter().map(|&i| self.writers[i].sums(&mut rank));
+        let sums: Vec<Sums> = std::iter::once(of_row).chain(of_each).collect();
+        let touches = needed(Need::Contacts) || needed(Need::AllContacts);
+        let touches = if touches { rank.contacts().to_vec() } else { Vec::new() };
+        let totals = Sums::reduce(&sums, &simulation.comm);
+        let row = measured.and_then(|measured| row::row(setup, simulation, measured, &totals[0]));
         let planes = (needed(Need::Slices) && setup.fluid.is_some()).then(|| slice_planes(setup));
         let planes = planes.unwrap_or_default();
         let slices: Vec<_> = planes.iter().map(|plane| gather::slice(simulation, cut, plane)).collect();
@@ -264,12 +271,14 @@ impl<'a> Observer<'a> {
             outcome = Ok(());
         }
         if outcome.is_ok() && self.is_root {
-            outcome = due.iter().zip(selected).try_for_each(|(&i, selected)| {
+            let given = selected.into_iter().zip(&totals[1..]);
+            outcome = due.iter().zip(given).try_for_each(|(&i, (selected, totals))| {
                 let start = Instant::now();
                 let done = self.writers[i].complete(&RootOutput {
                     step: simulation.step,
                     time,
                     row: row.as_ref(),
+                    totals,
                     selected,
                     slices: &slices,
                     contacts: &contacts,

@@ -82,7 +82,7 @@ pub fn run(setup: &Setup, options: &RunOptions) -> Result<Option<Summary>> {
     run_with(setup, options, &|_| Vec::new())
 }
 
-/// As [`run`], with writers of the caller's beside those of the case.
+/// As [`run`], with writers of the caller's beside those of the case. [`Writer::sums`] makes numbers of what all ranks have.
 ///
 /// ```
 /// use turbid::simulation::{self, Need, RootOutput, Writer};

@@ -5,12 +5,13 @@
 //!
 //! ```text
 //! every rank    needs, selects      the same answers on all of them
+//! every rank    sums                what it contributes to numbers of the whole box
 //! every rank    write               the whole at rank 0 where the ranks are threads; the piece of each where they are processes
 //! rank 0        complete            when all pieces are written: rows, indices, collections, pictures
 //! rank 0        finish              at the end of the run
 //! ```
 //!
-//! A library adds its own writers with [`run_with`](super::run_with()).
+//! A number of the whole box is a sum over the ranks ([`Writer::sums`]): nothing is gathered for it. A library adds its own writers with [`run_with`](super::run_with()).
 
 #[cfg(feature = "pictures")]
 mod pictures;
@@ -18,13 +19,17 @@ pub(super) mod series;
 mod vtk;
 
 use super::Simulation;
+use super::observe::{Sums, Totals, each_cell};
 use crate::case::Setup;
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
+use crate::fluid::CellState;
 use crate::output::picture::Plane;
 use crate::output::{Fields, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
+use crate::units::Units;
+use std::cell::OnceCell;
 use std::path::PathBuf;
 
 /// State of a writer in a checkpoint; nothing is [`Null`](serde_json::Value::Null).
@@ -51,6 +56,25 @@ pub trait Writer {
     /// Returns true if rank 0 gets this particle in [`RootOutput::selected`].
     fn selects(&self, _: &Particle) -> bool {
         false
+    }
+
+    /// What this rank contributes to the sums and maxima that rank 0 gets in [`RootOutput::totals`], as many on every rank.
+    ///
+    /// ```
+    /// # use turbid::simulation::{RankState, Sums};
+    /// /// Number, and kinetic energy (J), of the particles in the upper half.
+    /// fn sums(height: f64, rank: &mut RankState) -> Sums {
+    ///     let mut sums = Sums::new(2, 0, 0);
+    ///     let store = rank.simulation().dem().particles();
+    ///     for particle in store.owned().iter().filter(|particle| particle.position().z > 0.5 * height) {
+    ///         let mass = store.template(particle).mass();
+    ///         sums.add(0, &[1.0, 0.5 * mass * particle.velocity().norm_squared()]);
+    ///     }
+    ///     sums
+    /// }
+    /// ```
+    fn sums(&self, _: &mut RankState) -> Sums {
+        Sums::default()
     }
 
     /// Writes what this rank has. Not collective.
@@ -125,6 +149,41 @@ pub enum Need {
     AllContacts,
 }
 
+/// State of one rank after a step, of which a writer [sums](Writer::sums) something.
+pub struct RankState<'a> {
+    simulation: &'a mut Simulation,
+    contacts: OnceCell<Vec<ContactState>>,
+}
+
+impl<'a> RankState<'a> {
+    pub(super) fn new(simulation: &'a mut Simulation) -> Self {
+        Self { simulation, contacts: OnceCell::new() }
+    }
+
+    /// The simulation, of which this rank has its particles and its block.
+    pub fn simulation(&self) -> &Simulation {
+        self.simulation
+    }
+
+    /// The contacts that this rank is responsible for: each contact is one of one rank.
+    pub fn contacts(&self) -> &[ContactState] {
+        self.contacts.get_or_init(|| self.simulation.dem.contact_states())
+    }
+
+    /// Calls `visit` with each cell of the block of this rank, velocity (m/s) and pressure (Pa) there, and the solid volume fraction,
+    /// with the particles where they are now; not at all without a fluid.
+    pub fn each_cell(&mut self, mut visit: impl FnMut([usize; 3], [f64; 3], f64, f64)) {
+        let mut cells = self.simulation.block.cells();
+        let value = |units: &Units, state: &CellState| {
+            let velocity = state.velocity.map(|u| u * units.velocity());
+            (velocity, state.density_deviation * units.pressure(), state.solid_fraction)
+        };
+        each_cell(self.simulation, self.simulation.block, value, |(velocity, pressure, fraction)| {
+            visit(cells.next().expect("as many cells"), velocity, pressure, fraction);
+        });
+    }
+}
+
 /// Data of a step on this rank: its piece where ranks are processes, everything at rank 0 where they are threads. Empty if no due
 /// writer needs it.
 #[derive(Debug)]
@@ -188,6 +247,8 @@ pub struct RootOutput<'a> {
     pub time: f64,
     /// The row of the time series.
     pub row: Option<&'a SeriesRow>,
+    /// Totals of what the writer [sums](Writer::sums).
+    pub totals: &'a Totals,
     /// The particles of all ranks that the writer [selects](Writer::selects), ascending by id.
     pub selected: Vec<Particle>,
     /// Velocity (m/s) and pressure (Pa) on each of the [planes](slice_planes) of the pictures, as [`Plane::add`] makes them; none

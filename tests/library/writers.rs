@@ -8,7 +8,7 @@ use turbid::error::Error;
 use turbid::output::Numbered;
 use turbid::particle::Particle;
 use turbid::simulation::{
-    Need, RankOutput, RootOutput, RunOptions, Writer, WriterState, resume_with, run_with,
+    Need, RankOutput, RankState, RootOutput, RunOptions, Sums, Writer, WriterState, resume_with, run_with,
 };
 
 const CASE: &str = r#"
@@ -37,7 +37,8 @@ checkpoint_every = { steps = 24 }
 /// A file for each step.
 const NUMBERED: Numbered = Numbered::new("heights", "heights_", ".txt");
 
-/// Writes the mean height of the particles with even ids, and the mean pressure, to a table, and the table so far for each step.
+/// Writes the mean height of the particles with even ids, the mean pressure, and what the ranks sum, to a table, and the table so far for
+/// each step.
 struct Heights {
     out: PathBuf,
     table: PathBuf,
@@ -62,6 +63,19 @@ impl Writer for Heights {
         particle.id.is_multiple_of(2)
     }
 
+    /// Momentum, and the solid volume of each layer of cells (in cells).
+    fn sums(&self, rank: &mut RankState) -> Sums {
+        let mut sums = Sums::new(3, 32, 1);
+        for particle in rank.simulation().particles() {
+            sums.add(0, &particle.velocity);
+        }
+        rank.each_cell(|[.., z], velocity, _, fraction| {
+            sums.add_fixed(z, fraction);
+            sums.raise(0, velocity[2].abs());
+        });
+        sums
+    }
+
     fn write(&mut self, output: &RankOutput) -> Result<()> {
         assert!(output.rank.is_none(), "threads have it all at rank 0");
         let fields = output.fields.as_ref().expect("asked for");
@@ -74,7 +88,10 @@ impl Writer for Heights {
         let particles = &output.selected;
         assert!(particles.windows(2).all(|pair| pair[0].id < pair[1].id));
         let height = particles.iter().map(|p| p.position().z).sum::<f64>() / particles.len() as f64;
-        let _ = writeln!(self.text, "{} {height:e} {:e}", output.step, self.pressure);
+        let (totals, cells) = (output.totals, 24.0 * 24.0 * 32.0);
+        assert!((totals.fixed.iter().sum::<f64>() / cells - 0.1).abs() < 0.03, "{totals:?}");
+        assert!(totals.sums.len() == 3 && totals.maxima[0] > 0.0);
+        let _ = writeln!(self.text, "{} {height:e} {:e} {totals:?}", output.step, self.pressure);
         let numbered = NUMBERED.file(&self.out, output.step);
         std::fs::create_dir_all(numbered.parent().unwrap()).unwrap();
         std::fs::write(numbered, &self.text).unwrap();

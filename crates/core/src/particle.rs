@@ -31,21 +31,6 @@ impl Template {
     }
 }
 
-/// Refinement of the surfaces of a few particles in files.
-pub const FINE_SURFACE: u32 = 2;
-/// Most triangles of that refinement that a few particles have together: 312 spheres, 8333 cubes, some 5 MB in a file.
-pub const FEW_TRIANGLES: usize = 100_000;
-
-/// Triangles of the surfaces of particles, given as numbers of particles by template, at [`FINE_SURFACE`].
-pub fn surface_triangles(templates: &[Template], counts: impl IntoIterator<Item = (usize, usize)>) -> usize {
-    let each: Vec<usize> = (templates.iter())
-        .map(|template| template.shape.surface_mesh(FINE_SURFACE).triangles.len())
-        .collect();
-    (counts.into_iter())
-        .map(|(template, count)| each[template].saturating_mul(count))
-        .fold(0, usize::saturating_add)
-}
-
 /// Largest deviation of the length of an orientation from one.
 const UNIT: f64 = 1e-6;
 

@@ -241,7 +241,7 @@ fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
 }
 
 /// Calls `visit` with a value of each of `cells`, which are of the block of this rank, x fastest; not at all without a fluid.
-fn each_cell<V>(
+pub(in crate::simulation) fn each_cell<V>(
     simulation: &mut Simulation,
     cells: Block,
     value: impl Fn(&Units, &CellState) -> V,

@@ -98,11 +98,11 @@ fn take_up(simulation: &mut Simulation, step: u64, left: &[&Left]) -> Result<()>
 fn loads(simulation: &Simulation) -> Vec<u8> {
     let own = simulation.system.iter().flat_map(|system| system.coupling.last_loads());
     let own: Vec<[u64; 7]> = own
-        .map(|(id, load)| {
+        .map(|(particle, load)| {
             let [x, y, z]: [f64; 3] = load.force.into();
             let [a, b, c]: [f64; 3] = load.torque.into();
             let bits = [x, y, z, a, b, c].map(f64::to_bits);
-            std::array::from_fn(|i| if i == 0 { id } else { bits[i - 1] })
+            std::array::from_fn(|i| if i == 0 { particle.id } else { bits[i - 1] })
         })
         .collect();
     let all = simulation.comm.all_gather(bytemuck::cast_slice(&own).to_vec());

@@ -311,6 +311,7 @@ fn expected(setup: &Setup) -> f64 {
 mod tests {
     use super::*;
     use crate::case::from_text;
+    use crate::simulation::Totals;
 
     const TEXT: &str = r"
         [domain]
@@ -347,10 +348,12 @@ mod tests {
     }
 
     fn output(slices: &[Vec<[f32; 4]>]) -> RootOutput<'_> {
+        static NONE: Totals = Totals { sums: Vec::new(), fixed: Vec::new(), maxima: Vec::new() };
         RootOutput {
             step: 1,
             time: 0.0,
             row: None,
+            totals: &NONE,
             selected: Vec::new(),
             slices,
             contacts: &[],

@@ -275,7 +275,7 @@ impl Samples {
         self.t_star.push(row.t_star);
         self.settling.push(row.settling_velocity);
         self.max_mach = self.max_mach.max(row.max_mach);
-        let viscosity = plates.map(|plates| plates.relative_viscosity(row));
+        let viscosity = plates.and_then(|plates| plates.relative_viscosity(row));
         self.viscosity.extend(viscosity.filter(|viscosity| viscosity.is_finite()));
         self.bed.extend(bed.map(|bed| bed.sample(row)));
     }

@@ -5,11 +5,11 @@ use crate::case::Setup;
 use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::output::directory::{CONTACTS, FIELDS, FORCE_CHAINS, PARTICLES, SURFACES};
+use crate::output::surfaces::estimated_triangles;
 use crate::output::{
     Collection, Numbered, ParticlePoints, ParticleSurfaces, PolyData, contacts, force_chains, write_bytes,
     write_fields, write_fields_index, write_walls,
 };
-use crate::particle::{FEW_TRIANGLES, surface_triangles};
 use serde::Deserialize;
 use std::path::PathBuf;
 
@@ -140,9 +140,7 @@ impl Writer for Vtk<'_> {
             Format::Points(_) => ("particle output", 360.0 * particles, ""),
             Format::Surfaces(_) => {
                 let one_each = self.setup.particles.iter().map(|p| (p.template as usize, 1));
-                let fine = surface_triangles(&self.setup.templates, one_each);
-                // Many are drawn once less refined.
-                let triangles = if fine > FEW_TRIANGLES { fine / 4 } else { fine };
+                let triangles = estimated_triangles(&self.setup.templates, one_each);
                 // 35 bytes of a triangle with its part of the points.
                 ("surface output", 35.0 * triangles as f64, "")
             }

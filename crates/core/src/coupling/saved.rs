@@ -29,10 +29,9 @@ struct SweptLight {
 }
 
 impl Coupling {
-    /// Force and torque of the fluid on the particles that this rank owned in the last step, by their ids.
-    pub fn last_loads(&self) -> impl Iterator<Item = (u64, Load)> {
-        let owned = self.swept_particles.iter().map(|particle| particle.id);
-        owned.zip(self.swept_loads.iter().copied())
+    /// The particles that this rank owned in the last sweep, as they were then, and force and torque of the fluid on them.
+    pub fn last_loads(&self) -> impl Iterator<Item = (&Particle, Load)> {
+        self.swept_particles.iter().zip(self.swept_loads.iter().copied())
     }
 
     /// This rank's part of the state: all parts together describe every particle that a sweep has seen.

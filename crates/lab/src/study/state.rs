@@ -8,27 +8,11 @@ use crate::checks::is_same;
 use serde_json::Value as Json;
 use std::fs;
 use std::path::{Path, PathBuf};
-use turbid::case::Setup;
+use turbid::case::{Setup, free_keys};
 use turbid::error::Result;
 use turbid::input;
 use turbid::output::OutputFiles;
 use turbid::simulation::{identity, instruction_set, saved_head};
-
-/// Keys of a case that do not change the results which a study uses.
-const IRRELEVANT: [(&str, &str); 12] = [
-    ("run", "threads"),
-    ("run", "simd"),
-    ("run", "device"),
-    ("output", "directory"),
-    ("output", "fields_every"),
-    ("output", "particles_every"),
-    ("output", "surfaces_every"),
-    ("output", "contacts_every"),
-    ("output", "picture_every"),
-    ("output", "pictures"),
-    ("output", "checkpoint_every"),
-    ("output", "checkpoint_at_end"),
-];
 
 /// Progress of a run.
 #[derive(Clone, Debug)]
@@ -161,10 +145,10 @@ fn varied(file: &StudyFile) -> Vec<String> {
     keys
 }
 
-/// A case without irrelevant keys, unless the study varies them, and all numbers of one kind.
+/// A case without [keys](free_keys) that do not change its results, unless the study varies them, and all numbers of one kind.
 fn canonical(text: &str, varied: &[String]) -> Option<toml::Table> {
     let mut table: toml::Table = text.parse().ok()?;
-    for (section, key) in IRRELEVANT {
+    for [section, key] in free_keys() {
         let name = format!("{section}.{key}");
         let is_varied = |set: &String| *set == name || set.starts_with(&format!("{name}."));
         if let Some(toml::Value::Table(section)) = table.get_mut(section)
@@ -215,6 +199,18 @@ mod tests {
         assert_ne!(canonical(a), canonical(&a.replace("1000", "500")));
         let rows = a.replace("picture_every", "series_every");
         assert_ne!(canonical(a), canonical(&rows), "means depend on the rows");
+    }
+
+    #[test]
+    fn keys_are_free_where_the_case_file_marks_them() {
+        let names: Vec<String> = free_keys().iter().map(|key| key.join(".")).collect();
+        let outputs =
+            ["checkpoint_at_end", "checkpoint_every", "contacts_every", "directory", "fields_every"];
+        let more = ["particles_every", "picture_every", "pictures", "surfaces_every"];
+        let outputs = outputs.iter().chain(&more).map(|key| format!("output.{key}"));
+        let run = ["device", "simd", "threads"].map(|key| format!("run.{key}"));
+        assert_eq!(names, outputs.chain(run).collect::<Vec<_>>());
+        assert!(!turbid::case::schema().contains("x-free"));
     }
 
     #[test]

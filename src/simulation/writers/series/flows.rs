@@ -54,12 +54,12 @@ impl Plates {
         })
     }
 
-    /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out.
-    pub(super) fn relative_viscosity(&self, row: &SeriesRow) -> f64 {
-        // Vectors of each wall, the stress last.
-        const COLUMNS: usize = 3 * WALL_COLUMNS.len();
-        let stress = |wall: usize| Vec3::from_column_slice(&row.walls[COLUMNS * (wall + 1) - 3..][..3]);
-        0.5 * (stress(0) - stress(1)).dot(&self.along) / self.plain
+    /// Mean shear stress on both plates over that of the fluid alone: what drives the fluid along the plates drops out. Nothing if
+    /// the engine does not tell its contacts.
+    pub(super) fn relative_viscosity(&self, row: &SeriesRow) -> Option<f64> {
+        // Of the vectors of each plate the stress is the last one.
+        let stress = |wall: usize| row.walls[WALL_COLUMNS.len() * (wall + 1) - 1].map(Vec3::from);
+        Some(0.5 * (stress(0)? - stress(1)?).dot(&self.along) / self.plain)
     }
 
     /// Adds rate and Reynolds number of the shear at the end of a run.
