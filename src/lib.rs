@@ -56,9 +56,8 @@ pub mod simulation;
 pub use builder::{Builder, Particles, Wall};
 pub use case::Setup;
 pub use simulation::Simulation;
-#[cfg(feature = "gpu")]
-pub use turbid_core::device;
 pub use turbid_core::{Error, Result};
 pub use turbid_core::{
-    comm, contact, coupling, dem, domain, error, fluid, lattice, math, particle, shape, timing, units, wall,
+    comm, contact, coupling, dem, device, domain, error, fluid, lattice, math, particle, shape, timing,
+    units, wall,
 };

@@ -25,7 +25,6 @@ use crate::coupling::{
     LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
-#[cfg(feature = "gpu")]
 use crate::device::Device;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::error::{Error, Result};
@@ -162,9 +161,8 @@ impl FluidSystem {
             coupling
                 .begin_moving(particles, |body| [flow.velocity(body.position()), flow.angular_velocity()]);
         }
-        #[cfg(feature = "gpu")]
         if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {
-            comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &coupling)))?;
+            comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &mut coupling)))?;
         }
         Ok(Self { fluid, coupling, driving, cells })
     }
@@ -201,10 +199,6 @@ impl FluidSystem {
         let mut coupling = Coupling::new(coupling, decomposition, rank, reach);
         let masses = (0..templates.len()).map(|n| setup.virtual_mass(of, n)).collect();
         coupling.set_virtual_masses(masses);
-        #[cfg(feature = "gpu")]
-        if !setup.plan.devices.is_empty() {
-            coupling.use_device();
-        }
         (coupling, Driving::new(driving))
     }
 }

@@ -233,6 +233,34 @@ fn inexact_functions_are_found_however_they_are_called() {
 }
 
 #[test]
+fn only_the_list_of_drivers_depends_on_the_feature_gpu() {
+    for file in sources().into_iter().filter(|file| file.path != "crates/core/src/device.rs") {
+        visit(file.tokens.clone(), &mut |tokens, at| {
+            let named = is(tokens, at, "feature") && is_mark(tokens, at + 1, '=');
+            let value = tokens.get(at + 2).map(ToString::to_string).unwrap_or_default();
+            assert!(!named || value != "\"gpu\"", "{}: all but the drivers is one code", file.path);
+        });
+    }
+}
+
+/// Names by which a program reaches files.
+const FILES: &str = "fs File OpenOptions temp_dir";
+
+#[test]
+fn the_core_reads_and_writes_no_files() {
+    let mut wrong = String::new();
+    for file in sources().into_iter().filter(|file| file.path.starts_with("crates/core/") && !file.is_test())
+    {
+        visit(file.tokens.clone(), &mut |tokens, at| {
+            if FILES.split_whitespace().any(|name| is(tokens, at, name)) {
+                let _ = writeln!(wrong, "{}: `{}`; the program has the files", file.path, tokens[at]);
+            }
+        });
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+}
+
+#[test]
 fn only_comm_names_mpi() {
     for file in sources().into_iter().filter(|file| file.module != "comm") {
         visit(file.tokens.clone(), &mut |tokens, at| {

@@ -196,7 +196,7 @@ pub struct LatticeSection {
     /// "saturated".
     #[serde(default)]
     pub coupling: Coupling,
-    /// Operator of "saturated" in solid cells: "sc1", "sc2" or "sc3". Default "sc3".
+    /// Operator of "saturated" in solid cells. Default "sc3".
     pub solid_operator: Option<SolidOperator>,
     /// Width of the cosine ramp of the solid fraction of "homogenised" (cells). Default 0.5.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 2))]

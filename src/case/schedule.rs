@@ -6,6 +6,7 @@ use super::file::{CheckpointEvery, Duration, Every};
 use super::overrides::split;
 use super::pictures::{PicturePlan, pictures};
 use super::source::Source;
+use crate::device;
 use crate::error::Result;
 use crate::fluid::{Precision, Simd};
 use crate::math::Vec3;
@@ -326,15 +327,13 @@ fn devices(document: &Document) -> Result<Vec<usize>> {
     if document.case.fluid.is_none() {
         return refused("\"cpu\" without a fluid", "leave the key out; particles are moved by the processor");
     }
-    #[cfg(feature = "gpu")]
-    match numbers.iter().find_map(|&number| crate::device::Device::open(number).err()) {
+    if !device::HAS_DRIVERS {
+        let wanted = "\"cpu\", as this program was built without devices";
+        return refused(wanted, "build it with the cargo feature `gpu`");
+    }
+    match numbers.iter().find_map(|&number| device::Device::open(number).err()) {
         None => Ok(numbers),
         Some(error) => refused("a device that is here", &error.to_string()),
-    }
-    #[cfg(not(feature = "gpu"))]
-    {
-        let _ = numbers;
-        refused("\"cpu\", as this program was built without devices", "build it with the cargo feature `gpu`")
     }
 }
 

@@ -16,7 +16,6 @@ mod cover;
 mod driving;
 mod faces;
 mod homogenised;
-#[cfg(feature = "gpu")]
 mod images;
 mod light;
 mod mapper;
@@ -143,25 +142,6 @@ impl Coupling {
         }
     }
 
-    /// Prepares the bodies for a device from now on.
-    #[cfg(feature = "gpu")]
-    pub fn use_device(&mut self) {
-        self.images = Some(Images::default());
-    }
-
-    /// Number of the operator for the kernels of a device: that of partially saturated cells, 0 for homogenised ones.
-    #[cfg(feature = "gpu")]
-    fn operator_number(&self) -> u32 {
-        match self.params.method {
-            Method::Homogenised(_) => 0,
-            Method::Saturated(saturated) => match saturated.operator {
-                SolidOperator::Sc1 => 1,
-                SolidOperator::Sc2 => 2,
-                SolidOperator::Sc3 => 3,
-            },
-        }
-    }
-
     /// Gives the bodies of each template a virtual mass, or none.
     pub fn set_virtual_masses(&mut self, of_templates: Vec<Option<VirtualMass>>) {
         let any = of_templates.iter().any(Option::is_some);
@@ -192,7 +172,6 @@ impl Coupling {
             self.bodies.push(body);
         }
         self.found = false;
-        #[cfg(feature = "gpu")]
         if let Some(mut images) = self.images.take() {
             self.find_images(&mut images);
             self.images = Some(images);
@@ -218,7 +197,6 @@ impl Coupling {
 
     /// Finds what a device gets of the mapped bodies. The host finds the cells of those whose geometry the device does not know, and of
     /// all if it needs them itself.
-    #[cfg(feature = "gpu")]
     fn find_images(&mut self, images: &mut Images) {
         images.clear();
         let params = &self.params;
@@ -435,7 +413,7 @@ fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
 
 #[cfg(test)]
 mod contact_tests;
-#[cfg(all(test, feature = "gpu"))]
+#[cfg(test)]
 mod device_tests;
 #[cfg(test)]
 mod overlap_tests;
@@ -444,6 +422,6 @@ mod shape_tests;
 #[cfg(test)]
 mod stresslet_tests;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 #[cfg(test)]
 mod wall_tests;

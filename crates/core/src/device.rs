@@ -4,16 +4,23 @@
 //! those that CUDA lists come first. A device must compute in double precision, add up 64-bit integers in memory, and divide as IEEE 754 says:
 //! then all results have the bits of the processor's kernels.
 
-mod cuda;
+// Only drivers read the arguments of kernels.
+#![cfg_attr(not(feature = "gpu"), allow(dead_code))]
+
+#[cfg(feature = "gpu")]
+mod drivers;
 #[cfg(test)]
-mod host;
-mod opencl;
+mod host_tests;
 
 use crate::error::{Error, Result};
 use crate::memory;
+use std::any::Any;
 use std::cell::RefCell;
 use std::fmt;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// This program has drivers; without the feature `gpu` it has none, and lists no device.
+pub const HAS_DRIVERS: bool = cfg!(feature = "gpu");
 
 /// Name, driver and memory of a device.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -54,15 +61,12 @@ pub fn devices() -> Vec<DeviceInfo> {
 fn drivers() -> &'static [(Arc<dyn Driver>, DeviceInfo)] {
     static DRIVERS: OnceLock<Vec<(Arc<dyn Driver>, DeviceInfo)>> = OnceLock::new();
     DRIVERS.get_or_init(|| {
-        let described = |driver: Arc<dyn Driver>| (driver.info(), driver);
-        let mut all: Vec<(DeviceInfo, Arc<dyn Driver>)> =
-            opencl::devices().into_iter().map(described).collect();
-        let of_nvidia = |info: &DeviceInfo| info.name.contains("NVIDIA") || info.driver.contains("CUDA");
-        if !all.iter().any(|(info, _)| info.refused.is_none() && of_nvidia(info)) {
-            all = cuda::devices().into_iter().map(described).chain(all).collect();
-        }
-        all.sort_by_key(|(info, _)| info.is_processor);
-        all.into_iter().map(|(info, driver)| (driver, info)).collect()
+        #[cfg(feature = "gpu")]
+        let mut all = drivers::all();
+        #[cfg(not(feature = "gpu"))]
+        let mut all = Vec::<(Arc<dyn Driver>, DeviceInfo)>::new();
+        all.sort_by_key(|(_, info)| info.is_processor);
+        all
     })
 }
 
@@ -94,23 +98,15 @@ trait Commands {
     unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done;
     unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Done;
     unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Done;
-    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done;
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: u32, group: u32) -> Done;
     fn finish(&self) -> Done;
 }
 
-enum Memory {
-    OpenCl(opencl3::memory::Buffer<u8>),
-    Cuda(cudarc::driver::CudaSlice<u8>),
-    #[cfg(test)]
-    Host(Box<[std::cell::Cell<u64>]>),
-}
+/// An array of a driver.
+type Memory = Box<dyn Any>;
 
-enum Kernel {
-    OpenCl(opencl3::kernel::Kernel),
-    Cuda(cudarc::driver::CudaFunction),
-    #[cfg(test)]
-    Host(host::Entry),
-}
+/// A kernel of a driver.
+type Kernel = Box<dyn Any>;
 
 /// A device that can be used.
 #[derive(Clone)]
@@ -153,7 +149,7 @@ impl Device {
     /// The processor, by the system's C++ compiler; none without one.
     #[cfg(test)]
     pub(crate) fn compiled_as_cpp() -> Option<Self> {
-        let driver = Arc::new(host::Host::new()?);
+        let driver = Arc::new(host_tests::Host::new()?);
         Some(Self { number: usize::MAX, info: Arc::new(driver.info()), driver })
     }
 
@@ -201,7 +197,7 @@ impl Device {
     /// Compiles kernels with options of the preprocessor, once for each device, source and options.
     ///
     /// # Errors
-    /// [`Error::Input`] with the first line of the log of the compiler.
+    /// [`Error::Kernels`] with the log of the compiler.
     pub(crate) fn compile(&self, source: &str, options: &str) -> Result<Arc<Kernels>> {
         static COMPILED: Mutex<Vec<(usize, String, Arc<Kernels>)>> = Mutex::new(Vec::new());
         let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
@@ -211,13 +207,8 @@ impl Device {
         {
             return Ok(kernels.clone());
         }
-        let program = self.driver.compile(source, options).map_err(|log| {
-            let path = std::env::temp_dir().join(format!("turbid-kernels-{}.log", std::process::id()));
-            let kept = std::fs::write(&path, &log)
-                .map_or_else(|_| String::new(), |()| format!("; log: {}", path.display()));
-            let first = log.lines().find(|line| line.contains("error")).unwrap_or("no message");
-            Error::Input(format!("the compiler of {} refused the kernels: {first}{kept}", self.info.name))
-        })?;
+        let refused = |log| Error::Kernels { device: self.info.name.clone(), log };
+        let program = self.driver.compile(source, options).map_err(refused)?;
         let kernels = Arc::new(Kernels(program));
         compiled.push((self.number, with, kernels.clone()));
         Ok(kernels)
@@ -380,8 +371,9 @@ impl Queue {
         group: usize,
         bytes: usize,
     ) -> Done {
+        let groups = u32::try_from(groups).map_err(|_| Failed("too many work-groups".to_owned()))?;
         // SAFETY: promised by the caller.
-        let enqueue = || unsafe { self.commands.launch(&of.kernel, arguments, groups, group) };
+        let enqueue = || unsafe { self.commands.launch(&of.kernel, arguments, groups, group as u32) };
         let mut costs = self.costs.borrow_mut();
         let Some(costs) = &mut *costs else { return enqueue() };
         let seconds = timed(self, enqueue)?;

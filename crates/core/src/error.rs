@@ -100,6 +100,17 @@ pub enum Error {
         /// Name of the device, and the message of its driver.
         what: String,
     },
+    /// The compiler of a device refused the kernels.
+    #[error(
+        "the compiler of {device} refused the kernels: {}",
+        log.lines().find(|line| line.contains("error")).unwrap_or("no message")
+    )]
+    Kernels {
+        /// Name of the device.
+        device: String,
+        /// All that the compiler said.
+        log: String,
+    },
     /// Failure of one rank, with the text on which all ranks agreed.
     #[error("{text}")]
     Agreed {

@@ -7,8 +7,7 @@
 
 mod bodies;
 mod buffer;
-#[cfg(feature = "gpu")]
-mod device;
+pub(crate) mod device;
 mod dispatch;
 mod halo;
 mod images;
@@ -21,20 +20,21 @@ mod rows;
 mod saved;
 pub(crate) mod simd;
 pub(crate) mod solid;
+mod sweep;
 mod walls;
 
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
-use crate::lattice::{C, Q, shifted_equilibrium};
+use crate::lattice::{Q, shifted_equilibrium};
 use crate::memory;
 pub use bodies::{BlockSolids, Body, CoverCount, ExchangeSum, RigidMotion, RowSegments, Segment};
 use buffer::Buffer;
+use device::Populations;
 pub use dispatch::Real;
 #[doc(hidden)]
 pub use dispatch::Sweep;
 use halo::FluidHalo;
-#[cfg(feature = "gpu")]
 pub(crate) use images::INTS as IMAGE_INTS;
 pub use images::Images;
 use kernel::Measured;
@@ -47,6 +47,7 @@ use rows::RowOrder;
 use serde::{Deserialize, Serialize};
 pub(crate) use solid::SolidRow;
 pub use solid::{CHUNK, GROUP, SolidModel};
+use sweep::SweepDevice;
 use walls::Walls;
 pub use walls::{Boundary, WallLoad, WallMotion};
 
@@ -131,19 +132,13 @@ pub struct Flow {
     pub fault: Option<([usize; 3], f64)>,
 }
 
-#[cfg(not(feature = "gpu"))]
-use buffer::Buffer as Populations;
-#[cfg(feature = "gpu")]
-use device::Populations;
-
 /// The fluid of one block.
 pub struct Fluid<S: Population> {
     domain: Domain,
     block: Block,
     layout: Layout,
     populations: Populations<S>,
-    #[cfg(feature = "gpu")]
-    device: Option<device::DeviceFluid<S>>,
+    device: SweepDevice<S>,
     phase: AaPhase,
     solid_row: SolidRow<S::Number>,
     halo: FluidHalo<S>,
@@ -189,12 +184,8 @@ impl<S: Population> Fluid<S> {
         let row = layout.chunks_per_row() * CHUNK;
         let mut fluid = Self {
             block,
-            #[cfg(feature = "gpu")]
             populations: populations.into(),
-            #[cfg(not(feature = "gpu"))]
-            populations,
-            #[cfg(feature = "gpu")]
-            device: None,
+            device: SweepDevice::Host,
             phase: AaPhase::Even,
             solid_row: SolidRow::new(layout.chunks_per_row()),
             halo,
@@ -212,45 +203,6 @@ impl<S: Population> Fluid<S> {
         };
         fluid.walls.begin(&fluid.layout, &mut fluid.populations);
         Ok(fluid)
-    }
-
-    /// Computes this fluid on a device from now on, with partially saturated cells of an operator (1 to 3), or homogenised ones (0).
-    ///
-    /// # Errors
-    /// [`Error::Input`](crate::Error::Input) if the device has not the memory, or if its compiler refuses the kernels.
-    #[cfg(feature = "gpu")]
-    pub fn use_device(
-        &mut self,
-        device: &crate::device::Device,
-        precision: Precision,
-        operator: u32,
-    ) -> Result<()> {
-        let Self { layout, domain, block, walls, halo, wrap_x, populations, .. } = self;
-        // As in `sweep_part`.
-        let pairs = operator != 0 || self.params.collision != Collision::Bgk;
-        let host = device::Host { layout, domain, block: *block, walls, halo, wrap_x: *wrap_x, pairs };
-        self.device = Some(device::DeviceFluid::new(device, precision, operator, &host, populations)?);
-        Ok(())
-    }
-
-    /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.
-    #[cfg(feature = "gpu")]
-    pub fn device_traffic(&self) -> Option<u64> {
-        self.device.as_ref().map(|device| device.transferred)
-    }
-
-    /// Costs of the kernels of the device since they are timed; times them from now on or no longer. None without a device.
-    #[cfg(feature = "gpu")]
-    pub fn time_kernels(&self, from_now_on: bool) -> Vec<crate::device::KernelCost> {
-        self.device.as_ref().map(|device| device.time_kernels(from_now_on)).unwrap_or_default()
-    }
-
-    /// A failure of the device since the last call.
-    pub fn take_failure(&mut self) -> Option<crate::Error> {
-        #[cfg(feature = "gpu")]
-        return self.device.as_ref().and_then(device::DeviceFluid::take_failure);
-        #[cfg(not(feature = "gpu"))]
-        None
     }
 
     /// The block of cells.
@@ -286,101 +238,6 @@ impl<S: Population> Fluid<S> {
             }
         }
         self.walls.begin(&self.layout, &mut self.populations);
-    }
-
-    /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
-    ///
-    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
-    /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
-    /// measurements of the cells before the sweep. Collective.
-    pub fn sweep<M: SolidModel>(
-        &mut self,
-        acceleration: [f64; 3],
-        solids: &mut BlockSolids<M>,
-        measure: bool,
-    ) -> Option<Flow> {
-        #[cfg(feature = "gpu")]
-        if let Some(device) = &mut self.device {
-            let row = dispatch::parameters_of(self.relaxation_times, acceleration);
-            let images = solids.images.expect("the images of bodies for a device");
-            let flow = device.sweep(&mut self.populations, self.phase, row, images, solids.bodies, measure);
-            self.phase = self.phase.next();
-            return flow;
-        }
-        let mut flow = measure.then(Flow::default);
-        let entered = self.phase.next();
-        if self.order.has_first() {
-            self.sweep_part(true, acceleration, solids, flow.as_mut());
-            self.halo.early.start(&self.populations, entered);
-        }
-        self.sweep_part(false, acceleration, solids, flow.as_mut());
-        self.halo.late.start(&self.populations, entered);
-        self.phase = entered;
-        flow
-    }
-
-    fn sweep_part<M: SolidModel>(
-        &mut self,
-        first: bool,
-        acceleration: [f64; 3],
-        solids: &mut BlockSolids<M>,
-        flow: Option<&mut Flow>,
-    ) {
-        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        let (pairs, walls) = (self.params.collision != Collision::Bgk, !self.walls.is_empty());
-        let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
-        if M::PAIRS || pairs {
-            if walls { S::sweep::<M, true, true>(sweep) } else { S::sweep::<M, true, false>(sweep) }
-        } else if walls {
-            S::sweep::<M, false, true>(sweep);
-        } else {
-            S::sweep::<M, false, false>(sweep);
-        }
-    }
-
-    /// Completes a sweep: populations arrive from the neighbouring blocks, and walls send them back. Collective.
-    pub fn exchange(&mut self) {
-        #[cfg(feature = "gpu")]
-        if let Some(device) = &mut self.device {
-            return device.exchange(&mut self.populations, &mut self.halo, self.phase);
-        }
-        self.halo.exchange(&mut self.populations, self.phase);
-        self.walls.bounce_late(self.phase, &mut self.populations);
-    }
-
-    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`;
-    /// nothing leaves a cell in a wall.
-    pub fn departed(&self, [x, y, z]: [usize; 3]) -> [f64; 4] {
-        if self.walls.of([x, y, z]).is_some() {
-            return [0.0; 4];
-        }
-        let cell = self.layout.cell(x as isize, y as isize, z as isize);
-        let mut sum = [0.0; 4];
-        for i in 1..Q {
-            let g = self.populations[self.left(cell, i)].wide();
-            for axis in 0..3 {
-                sum[axis] += C[i][axis] as f64 * g;
-            }
-            sum[3] += g;
-        }
-        sum
-    }
-
-    /// [`departed`](Self::departed) of some cells; a device is asked for all at once.
-    pub(crate) fn departed_from(&mut self, cells: &[[usize; 3]]) -> Vec<[f64; 4]> {
-        #[cfg(feature = "gpu")]
-        if let Some(device) = &mut self.device {
-            let slot = |[x, y, z]: [usize; 3]| self.layout.cell(x as isize, y as isize, z as isize) as u64;
-            let slots: Vec<u64> = cells.iter().map(|&cell| slot(cell)).collect();
-            let mut sums = device.departed(&mut self.populations, self.phase, &slots);
-            for (sum, cell) in sums.iter_mut().zip(cells) {
-                if self.walls.of(*cell).is_some() {
-                    *sum = [0.0; 4];
-                }
-            }
-            return sums;
-        }
-        cells.iter().map(|&cell| self.departed(cell)).collect()
     }
 
     /// Populations of a cell of the block after streaming, minus their weights.

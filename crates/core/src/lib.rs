@@ -19,7 +19,6 @@ pub mod comm;
 pub mod contact;
 pub mod coupling;
 pub mod dem;
-#[cfg(feature = "gpu")]
 pub mod device;
 pub mod domain;
 pub mod error;

@@ -139,10 +139,7 @@ fn bench_rank(
         }
     }
     let steps = (SAMPLES as u64 * options.steps) as f64;
-    #[cfg(feature = "gpu")]
     let kernels = kernels(&mut simulation, options.steps)?;
-    #[cfg(not(feature = "gpu"))]
-    let kernels = Vec::new();
     let mut mine = rank_report(&mut simulation, traffic, steps, resident);
     if let Some(alone) = &alone {
         mine.fluid_only_stages =
@@ -215,7 +212,6 @@ fn timed(simulation: &mut Simulation, steps: u64) -> Result<(f64, Traffic)> {
 }
 
 /// Kernels of the device in some more steps, if one computes the fluid. Collective.
-#[cfg(feature = "gpu")]
 fn kernels(simulation: &mut Simulation, steps: u64) -> Result<Vec<KernelReport>> {
     let time = |simulation: &Simulation, on| {
         simulation.fluid().map(|fluid| fluid.time_kernels(on)).unwrap_or_default()

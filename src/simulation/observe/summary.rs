@@ -64,10 +64,7 @@ pub(super) fn summary(
 
 /// Names of the devices that compute the fluid of a case, if it is not the processor.
 pub fn device_name(setup: &Setup) -> Option<String> {
-    #[cfg(feature = "gpu")]
     let name = |number: &usize| Some(crate::device::devices().get(*number)?.name.clone());
-    #[cfg(not(feature = "gpu"))]
-    let name = |number: &usize| Some(number.to_string());
     let mut names: Vec<String> = setup.plan.devices.iter().filter_map(name).collect();
     names.dedup();
     (!names.is_empty()).then(|| names.join(", "))

@@ -3,6 +3,7 @@
 use super::machine;
 use super::terminal::{Row, row, table};
 use std::path::{Path, PathBuf};
+use turbid::device::{Device, HAS_DRIVERS, devices};
 use turbid::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
 use turbid::fluid::{Precision, Simd};
 
@@ -42,9 +43,11 @@ pub(super) fn report() -> String {
 }
 
 /// Devices that `--device` takes, with what they reach.
-#[cfg(feature = "gpu")]
 fn add_devices(rows: &mut Vec<Row>) {
-    use turbid::device::{Device, devices};
+    if !HAS_DRIVERS {
+        let remark = "for GPUs: cargo build --release with the feature gpu, which is on by default";
+        return rows.push(row("devices", "no", remark));
+    }
     let found = devices();
     if found.is_empty() {
         rows.push(row(
@@ -74,15 +77,6 @@ fn add_devices(rows: &mut Vec<Row>) {
         };
         rows.push(row(format!("gpu:{number}"), info.name.clone(), remark));
     }
-}
-
-#[cfg(not(feature = "gpu"))]
-fn add_devices(rows: &mut Vec<Row>) {
-    rows.push(row(
-        "devices",
-        "no",
-        "for GPUs: cargo build --release with the feature gpu, which is on by default",
-    ));
 }
 
 fn simd_remark(simd: Simd) -> &'static str {

@@ -79,6 +79,9 @@ pub(super) fn error(error: &Error) {
         (_, Error::Agreed { .. } | Error::OtherRank) => Ok(()),
         _ => writeln!(io::stderr(), "error: rank {rank}: {text}"),
     };
+    if let Error::Kernels { log, .. } = error {
+        let _ = writeln!(io::stderr(), "the compiler said:\n{}", printable(log));
+    }
 }
 
 /// A text that may quote names and files of others, without control sequences.

@@ -1,11 +1,12 @@
 //! A fluid whose precision is chosen at run time. All sweeps are compiled here, once.
 
 use super::Coupling;
-use super::method::sweep_alone;
+use super::method::{sweep_alone, with_method};
 use crate::comm::Comm;
+use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::{Boundary, CellState, F16, Flow, Fluid, FluidParams, Precision, WallLoad};
+use crate::fluid::{Boundary, CellState, F16, Flow, Fluid, FluidParams, Images, Precision, WallLoad};
 
 /// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
 pub enum AnyFluid {
@@ -65,26 +66,22 @@ impl AnyFluid {
         }
     }
 
-    /// Computes on a device from now on, with a coupling that is [prepared](Coupling::use_device) for it.
+    /// Computes on a device from now on, which then finds the cells that the bodies of a coupling cover.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) if the device has not the memory, or if its compiler refuses the kernels.
-    #[cfg(feature = "gpu")]
-    pub fn use_device(&mut self, device: &crate::device::Device, coupling: &Coupling) -> Result<()> {
-        let operator = coupling.operator_number();
-        let precision = self.precision();
-        either!(self, fluid => fluid.use_device(device, precision, operator))
+    /// As [`Fluid::use_device`].
+    pub fn use_device(&mut self, device: &Device, coupling: &mut Coupling) -> Result<()> {
+        coupling.images = Some(Images::default());
+        with_method!(coupling.params.method, method => either!(self, fluid => fluid.use_device(device, method)))
     }
 
     /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.
-    #[cfg(feature = "gpu")]
     pub fn device_traffic(&self) -> Option<u64> {
         either!(self, fluid => fluid.device_traffic())
     }
 
     /// As [`Fluid::time_kernels`].
-    #[cfg(feature = "gpu")]
-    pub fn time_kernels(&self, from_now_on: bool) -> Vec<crate::device::KernelCost> {
+    pub fn time_kernels(&self, from_now_on: bool) -> Vec<KernelCost> {
         either!(self, fluid => fluid.time_kernels(from_now_on))
     }
 

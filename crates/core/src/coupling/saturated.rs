@@ -33,10 +33,9 @@ use crate::fluid::{ExchangeSum, RigidMotion, Simd};
 use crate::math::{Vec3, to_fixed_wide};
 use crate::particle::Particle;
 use crate::shape::{Curvature, Shape};
+pub use collision::SolidOperator;
 use flat::FlatSurface;
 use round::{CylinderSurface, EllipsoidSurface, SmoothSurface, SphereSurface};
-use serde::{Deserialize, Serialize};
-#[cfg(feature = "gpu")]
 pub(super) use volume_fraction::face_numbers;
 
 /// Partially saturated cells.
@@ -74,35 +73,6 @@ impl Saturated {
     /// With surfaces moved so that the drag is right.
     pub const fn new(operator: SolidOperator) -> Self {
         Self { operator, shift: SurfaceShift::FITTED }
-    }
-}
-
-/// Collision in solid cells of the coupling "saturated".
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SolidOperator {
-    /// Bounce-back of the deviation from equilibrium.
-    Sc1,
-    /// Equilibrium of the solid, and what relaxation leaves.
-    Sc2,
-    /// Bounce-back off a moving wall.
-    #[default]
-    Sc3,
-}
-
-impl SolidOperator {
-    /// Name in case files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Sc1 => "sc1",
-            Self::Sc2 => "sc2",
-            Self::Sc3 => "sc3",
-        }
-    }
-
-    /// Momentum that the operator gives to a wholly solid cell, over `rho (u_s - u)`.
-    pub(crate) fn momentum(self) -> f64 {
-        if self == Self::Sc3 { 2.0 } else { 1.0 }
     }
 }
 

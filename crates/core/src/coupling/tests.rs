@@ -16,10 +16,17 @@ pub(super) const CELLS: [usize; 3] = [24, 20, 28];
 
 pub(super) const HOMOGENISED: Method = Method::Homogenised(Homogenised { ramp: 0.5 });
 pub(super) const SC3: Method = saturated(SolidOperator::Sc3);
-pub(super) const COUPLINGS: [Method; 4] =
-    [HOMOGENISED, saturated(SolidOperator::Sc1), saturated(SolidOperator::Sc2), SC3];
+/// Homogenised cells, and all operators of partially saturated ones.
+pub(crate) const COUPLINGS: [Method; 1 + SolidOperator::ALL.len()] = {
+    let (mut all, mut n) = ([HOMOGENISED; 1 + SolidOperator::ALL.len()], 1);
+    while n < all.len() {
+        all[n] = saturated(SolidOperator::ALL[n - 1]);
+        n += 1;
+    }
+    all
+};
 
-pub(super) const fn saturated(operator: SolidOperator) -> Method {
+pub(crate) const fn saturated(operator: SolidOperator) -> Method {
     Method::Saturated(Saturated::new(operator))
 }
 

@@ -1,37 +1,36 @@
 //! The fluid of a block on a [`Device`]: the same sweep, to the bit, by `device/kernels.cl`.
 //!
-//! Populations lie on the device in the [`Layout`] of the processor; the host has a copy that is brought up to date when something
-//! reads it (output, checkpoints, the hash of the state). In a step the device gets the poses of bodies ([`Images`]) and returns the momentum
-//! that each body received; nothing is transferred for a cell, but to other ranks and for bodies whose cells the host finds.
+//! Populations lie on the device in the [`Layout`](super::layout::Layout) of the processor; the host has a copy that is brought up to date
+//! when something reads it (output, checkpoints, the hash of the state). In a step the device gets the poses of bodies ([`Images`]) and returns
+//! the momentum that each body received; nothing is transferred for a cell, but to other ranks and for bodies whose cells the host finds.
 
+mod bodies;
 mod exchange;
 mod populations;
 
 pub(super) use populations::Populations;
 
 use super::bodies::Body;
-use super::dispatch::WrapX;
-use super::halo::{FluidHalo, Pattern};
-use super::layout::{AaPhase, Layout};
+use super::layout::AaPhase;
 use super::population::Population;
-use super::walls::{Links, Walls};
-use super::{Flow, Images, Precision};
-use crate::device::{Argument, Array, Device, Done, Failed, KernelCost, NamedKernel, Queue};
-use crate::domain::{Block, Domain};
+use super::solid::SolidModel;
+use super::walls::LinkRule;
+use super::{Flow, Fluid, Images};
+use crate::device::{Argument, Array, Device, Done, Failed, KernelCost, Kernels, NamedKernel, Queue};
 use crate::error::{Error, Result};
 use crate::lattice::Q;
 use crate::math::join_wide;
-use exchange::{Copies, Crossing};
-use populations::{DeviceCopy, Failure, Newer};
+use bodies::BodyArrays;
+use exchange::Exchange;
+use populations::Failure;
+use std::fmt::Write;
 use std::rc::Rc;
 
 /// Source of the kernels.
-const KERNELS: &str = include_str!("device/kernels.cl");
+pub(crate) const KERNELS: &str = include_str!("device/kernels.cl");
 /// Cells that a work-group sweeps, as in the kernels.
 const TILE: [usize; 3] = [32, 4, 2];
 const ITEMS: usize = TILE[0] * TILE[1] * TILE[2];
-/// Rows that a work-group finds the ends of.
-const SPANS_GROUP: usize = 64;
 /// Words that a tile writes of the flow, and those of the sum, as in the kernels.
 const TILE_WORDS: usize = 8;
 const FLOW_WORDS: usize = 13;
@@ -39,6 +38,19 @@ const FLOW_WORDS: usize = 13;
 const BODY_WORDS: usize = 12;
 /// Word of a flow in which no cell is too fast.
 const NO_FAULT: i64 = i64::MAX;
+
+/// Options of the preprocessor: numbers, method, whether populations relax in pairs, and the rules of links.
+pub(crate) fn options<S: Population, M: SolidModel>(model: M, pairs: bool) -> String {
+    let real = if size_of::<S::Number>() == 4 { "float" } else { "double" };
+    let stored = if S::IS_CONVERTED { "-DF16 " } else { "" };
+    let [volume, pairs] = [M::BY_VOLUME, pairs].map(i32::from);
+    let mut options =
+        format!("-DREAL={real} {stored}-DPAIRS={pairs} -DBY_VOLUME={volume} {}", model.kernel_options());
+    for rule in LinkRule::ALL {
+        let _ = write!(options, " -D{}={}", rule.name(), rule as i32);
+    }
+    options
+}
 
 struct CompiledKernels {
     spans: NamedKernel,
@@ -50,8 +62,22 @@ struct CompiledKernels {
     departed: NamedKernel,
 }
 
+impl CompiledKernels {
+    fn new(of: &Kernels) -> Self {
+        Self {
+            spans: of.kernel("spans"),
+            sweep: of.kernel("sweep"),
+            flow_total: of.kernel("flow_total"),
+            copy_links: of.kernel("copy_links"),
+            pack: of.kernel("pack"),
+            unpack: of.kernel("unpack"),
+            departed: of.kernel("departed"),
+        }
+    }
+}
+
 /// What a block needs on a device, besides its populations.
-pub(super) struct DeviceFluid<S> {
+pub(super) struct DeviceSweep<S> {
     queue: Rc<Queue>,
     failed: Rc<Failure>,
     kernels: CompiledKernels,
@@ -66,162 +92,60 @@ pub(super) struct DeviceFluid<S> {
     left: [Array; 2],
     asked: [Array; 2],
     walls: Option<Array>,
-    /// By the phase entered: after a sweep, within the block in the halo exchange, and after it.
-    swept: [Vec<Copies>; 2],
-    own: [Vec<Copies>; 2],
-    late: [Vec<Copies>; 2],
-    crossing: [Crossing<S>; 2],
+    exchange: Exchange<S>,
     parameters: Array,
-    images: [Array; 5],
-    cut: Array,
-    spans: [Array; 3],
-    tile_start: Array,
-    tile_images: Array,
-    received: Array,
+    bodies: BodyArrays,
     flows: Array,
     total: Array,
     /// Bytes of the last step to and from the device, without messages to other ranks.
     pub(super) transferred: u64,
 }
 
-/// Options of the preprocessor for a precision, an operator (0 for homogenised cells, 1 to 3 for partially saturated ones), and whether
-/// populations relax in pairs.
-fn options(precision: Precision, operator: u32, pairs: bool) -> String {
-    let real = match precision {
-        Precision::F32 => "-DREAL=float",
-        Precision::F64 => "-DREAL=double",
-        Precision::F16 => "-DREAL=float -DF16",
-    };
-    format!("{real} -DPAIRS={} -DOPERATOR={operator}", i32::from(pairs))
-}
-
-/// What a [`DeviceFluid`] is made of.
-pub(super) struct Host<'a, S: Population> {
-    pub(super) layout: &'a Layout,
-    pub(super) domain: &'a Domain,
-    pub(super) block: Block,
-    pub(super) walls: &'a Walls<S>,
-    pub(super) halo: &'a FluidHalo<S>,
-    pub(super) wrap_x: bool,
-    pub(super) pairs: bool,
-}
-
-impl<S: Population> DeviceFluid<S> {
-    /// Puts the fluid of a block on a device.
+impl<S: Population> DeviceSweep<S> {
+    /// Puts a fluid on a device.
     ///
     /// # Errors
-    /// [`Error::Input`] if it has not the memory, or if the kernels cannot be compiled.
-    pub(super) fn new(
-        device: &Device,
-        precision: Precision,
-        operator: u32,
-        host: &Host<S>,
-        populations: &mut Populations<S>,
-    ) -> Result<Self> {
-        let layout = host.layout;
-        let kernels = device.compile(KERNELS, &options(precision, operator, host.pairs))?;
-        let queue = Rc::new(device.queue(&kernels)?);
-        let failed = Rc::new(Failure::default());
-        let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
-        let bytes = layout.len() * size_of::<S>();
+    /// [`Error::Input`] if it has not the memory, [`Error::Kernels`] if they cannot be compiled.
+    pub(super) fn new(device: &Device, options: &str, fluid: &mut Fluid<S>) -> Result<Self> {
+        let compiled = device.compile(KERNELS, options)?;
+        let (queue, layout) = (Rc::new(device.queue(&compiled)?), &fluid.layout);
         let [x, y, z] = layout.size;
-        let array = queue.zeroed(bytes, &format!("the populations of a block of {x} x {y} x {z} cells"))?;
-        let fill = |values: &[u64]| filled(&queue, values, "the links of a block");
-        let phases = [AaPhase::Even, AaPhase::Odd];
-        let copies = |[to, from]: [&[u64]; 2], corrections: &[S::Number]| -> Result<Option<Copies>> {
-            if to.is_empty() {
-                return Ok(None);
-            }
-            let corrections = if corrections.is_empty() {
-                None
-            } else {
-                Some(filled(&queue, corrections, "the motion of walls")?)
-            };
-            Ok(Some(Copies { to: fill(to)?, from: fill(from)?, count: to.len(), corrections }))
-        };
-        let of_links = |links: &Links<S::Number>, entered: AaPhase| -> Result<Vec<Copies>> {
-            // To and from: what enters the phase `Odd` goes to the wall.
-            let (to, from) = if entered == AaPhase::Odd { (1, 0) } else { (0, 1) };
-            let (still, moving) = (&links.still, &links.moving);
-            let both = [
-                copies([&still[to], &still[from]], &[])?,
-                copies([&moving[to], &moving[from]], &links.corrections)?,
-            ];
-            Ok(both.into_iter().flatten().collect())
-        };
-        let [early, late] = host.walls.links(layout);
-        let mut swept = [of_links(&early, AaPhase::Even)?, of_links(&early, AaPhase::Odd)?];
-        if host.wrap_x {
-            for entered in phases {
-                let [to, from] = WrapX::new(layout, entered.next()).slots(layout);
-                swept[entered as usize].extend(copies([&to, &from], &[])?);
-            }
-        }
-        let own = |entered: AaPhase| -> Result<Vec<Copies>> {
-            let [to, from] = host.halo.own_slots(entered);
-            Ok(copies([&to, &from], &[])?.into_iter().collect())
-        };
-        let crossing = |pattern: &Pattern<S>| -> Result<Crossing<S>> {
-            let [even, odd] = phases.map(|phase| pattern.slots(phase));
-            let counts = [even[0].len(), odd[0].len()];
-            // As many come as are sent.
-            let most = counts[0].max(counts[1]);
-            Ok(Crossing {
-                from: [fill(&even[0])?, fill(&odd[0])?],
-                to: [fill(&even[1])?, fill(&odd[1])?],
-                counts,
-                message: queue.zeroed(most * size_of::<S>(), "the messages of a block")?,
-                packed: vec![S::zeroed(); most],
-            })
-        };
-        let flags = host.walls.flags();
-        let walls =
-            if flags.is_empty() { None } else { Some(filled(&queue, &flags, "the map of the walls")?) };
-        let slots = phases.map(|phase| fill(&layout.slots_from(phase).map(|slot| slot as u64)));
-        let [even, odd] = slots;
-        let [left_even, left_odd] =
-            phases.map(|phase| fill(&std::array::from_fn::<_, Q, _>(|i| layout.left(phase, i) as u64)));
-        let small = || queue.zeroed(0, "the bodies");
-        let kernel = |name| kernels.kernel(name);
-        let fluid = Self {
-            kernels: CompiledKernels {
-                spans: kernel("spans"),
-                sweep: kernel("sweep"),
-                flow_total: kernel("flow_total"),
-                copy_links: kernel("copy_links"),
-                pack: kernel("pack"),
-                unpack: kernel("unpack"),
-                departed: kernel("departed"),
-            },
+        let what = format!("the populations of a block of {x} x {y} x {z} cells");
+        let array = queue.zeroed(layout.len() * size_of::<S>(), &what)?;
+        let [even, odd] = [AaPhase::Even, AaPhase::Odd].map(|phase| -> Result<[Array; 2]> {
+            let slots = layout.slots_from(phase).map(|slot| slot as u64);
+            let left: [u64; Q] = std::array::from_fn(|i| layout.left(phase, i) as u64);
+            let fill = |values: &[u64]| filled(&queue, values, "the slots of a cell");
+            Ok([fill(&slots)?, fill(&left)?])
+        });
+        let ([slots_even, left_even], [slots_odd, left_odd]) = (even?, odd?);
+        let flags = fluid.walls.flags();
+        let walls = (!flags.is_empty()).then(|| filled(&queue, &flags, "the map of the walls"));
+        let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
+        let flow = |words: usize| queue.zeroed(words * 8, "the flow of a block");
+        let small = || queue.zeroed(0, "the parameters");
+        let sweep = Self {
+            kernels: CompiledKernels::new(&compiled),
             size: layout.size,
             pitch: layout.pitch,
             tiles,
-            corner: host.block.lo,
-            cells: host.domain.cells,
-            slots: [even?, odd?],
-            left: [left_even?, left_odd?],
+            corner: fluid.block.lo,
+            cells: fluid.domain.cells,
+            slots: [slots_even, slots_odd],
+            left: [left_even, left_odd],
             asked: [small()?, small()?],
-            walls,
-            swept,
-            own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
-            late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
-            crossing: [crossing(&host.halo.early)?, crossing(&host.halo.late)?],
+            walls: walls.transpose()?,
+            exchange: Exchange::new(&queue, fluid)?,
             parameters: small()?,
-            images: [small()?, small()?, small()?, small()?, small()?],
-            cut: small()?,
-            spans: [small()?, small()?, small()?],
-            tile_start: small()?,
-            tile_images: small()?,
-            received: small()?,
-            flows: queue.zeroed(tiles.iter().product::<usize>() * TILE_WORDS * 8, "the flow of a block")?,
-            total: queue.zeroed(FLOW_WORDS * 8, "the flow of a block")?,
-            queue: queue.clone(),
-            failed: failed.clone(),
+            bodies: BodyArrays::new(&queue)?,
+            flows: flow(tiles.iter().product::<usize>() * TILE_WORDS)?,
+            total: flow(FLOW_WORDS)?,
+            failed: Rc::default(),
+            queue,
             transferred: 0,
         };
-        populations.copy = Some(DeviceCopy { queue, array, failed });
-        populations.newer.set(Newer::Host);
-        Ok(fluid)
+        fluid.populations.copy_to(array, &sweep.queue, &sweep.failed);
+        Ok(sweep)
     }
 
     /// As [`Queue::time_kernels`].
@@ -267,53 +191,27 @@ impl<S: Population> DeviceFluid<S> {
         received: &mut [i64],
         flow: Option<&mut Flow>,
     ) -> Done {
-        let queue = &*self.queue;
-        let [ints, numbers, planes, faces, mapped] = &mut self.images;
-        queue.write(&mut self.parameters, parameters)?;
-        queue.write(ints, &images.ints)?;
-        queue.write(numbers, &images.numbers)?;
-        queue.write(planes, &images.planes)?;
-        queue.write(faces, &images.faces)?;
-        queue.write(mapped, &images.mapped)?;
-        queue.write(&mut self.cut, &images.cut)?;
-        let (start, listed) = images.by_tile(self.tiles, TILE);
-        queue.write(&mut self.tile_start, &start)?;
-        queue.write(&mut self.tile_images, &listed)?;
-        self.transferred = (images.bytes() + size_of_val(&start[..]) + size_of_val(&listed[..])) as u64;
-        let [spans, lengths, velocities] = &mut self.spans;
-        let row_bytes = [5 * size_of::<i32>(), 3 * size_of::<f32>(), 6 * size_of::<S::Number>()];
-        for (array, bytes) in [spans, lengths, velocities].into_iter().zip(row_bytes) {
-            queue.reserve(array, images.rows * bytes)?;
+        self.queue.write(&mut self.parameters, parameters)?;
+        self.bodies.write::<S>(&self.queue, images, self.tiles, size_of_val(received))?;
+        self.transferred = self.bodies.written as u64;
+        self.bodies.find_spans(&self.queue, &self.kernels.spans, images)?;
+        self.sweep_tiles(populations, phase, flow.is_some(), size_of_val(received))?;
+        if let Some(flow) = flow {
+            *flow = self.total_flow()?;
         }
-        let [spans, lengths, velocities] = &self.spans;
-        let of_rows = images.rows * row_bytes.iter().sum::<usize>() + images.bytes();
-        queue.reserve(&mut self.received, size_of_val(received))?;
-        queue.clear(&mut self.received, size_of_val(received).max(8))?;
-        if images.count() > 0 {
-            let (count, most) = (images.count(), images.most_rows);
-            let arguments = [
-                Argument::Int(count as i32),
-                Argument::Int(most as i32),
-                Argument::Array(ints),
-                Argument::Array(numbers),
-                Argument::Array(planes),
-                Argument::Array(mapped),
-                Argument::Array(spans),
-                Argument::Array(lengths),
-                Argument::Array(velocities),
-            ];
-            // SAFETY: the arguments of the kernel; arrays have room for all images and rows.
-            unsafe {
-                let groups = (count * most).div_ceil(SPANS_GROUP);
-                queue.launch(&self.kernels.spans, &arguments, groups, SPANS_GROUP, of_rows)?;
-            }
-        }
+        self.copy(&self.exchange.swept[phase.next() as usize], populations)?;
+        self.queue.read(&self.bodies.received, received)?;
+        self.transferred += size_of_val(received) as u64;
+        Ok(())
+    }
+
+    /// The sweep itself; bodies receive `received` bytes.
+    fn sweep_tiles(&self, populations: &Array, phase: AaPhase, measure: bool, received: usize) -> Done {
         let int = |n: usize| n as i32;
         let [nx, ny, nz] = self.size.map(int);
         let [ox, oy, oz] = self.corner.map(int);
         let [cx, cy, cz] = self.cells.map(int);
-        let [ints, numbers, _, faces, ..] = &self.images;
-        let tiles: usize = self.tiles.iter().product();
+        let (tiles, bodies) = (self.tiles.iter().product::<usize>(), &self.bodies);
         let arguments = [
             Argument::Array(populations),
             Argument::Array(&self.slots[phase as usize]),
@@ -324,45 +222,40 @@ impl<S: Population> DeviceFluid<S> {
             Argument::Array(&self.parameters),
             Argument::Int(i32::from(self.walls.is_some())),
             Argument::Array(self.walls.as_ref().unwrap_or(&self.parameters)),
-            Argument::Array(&self.tile_start),
-            Argument::Array(&self.tile_images),
-            Argument::Array(ints),
-            Argument::Array(numbers),
-            Argument::Array(faces),
-            Argument::Array(&self.cut),
-            Argument::Array(spans),
-            Argument::Array(lengths),
-            Argument::Array(velocities),
-            Argument::Array(&self.received),
-            Argument::Int(i32::from(flow.is_some())),
+            Argument::Array(&bodies.tile_start),
+            Argument::Array(&bodies.tile_images),
+            Argument::Array(&bodies.ints),
+            Argument::Array(&bodies.numbers),
+            Argument::Array(&bodies.faces),
+            Argument::Array(&bodies.cut),
+            Argument::Array(&bodies.spans),
+            Argument::Array(&bodies.lengths),
+            Argument::Array(&bodies.velocities),
+            Argument::Array(&bodies.received),
+            Argument::Int(i32::from(measure)),
             Argument::Array(&self.flows),
         ];
         let of_cell = 2 * Q * size_of::<S>() + usize::from(self.walls.is_some());
-        let of_tiles = size_of_val(&start[..])
-            + size_of_val(&listed[..])
-            + if flow.is_some() { tiles * TILE_WORDS * 8 } else { 0 };
-        let bytes =
-            self.size.iter().product::<usize>() * of_cell + of_rows + of_tiles + size_of_val(received);
+        let of_flow = if measure { tiles * TILE_WORDS * 8 } else { 0 };
+        let of_bodies = bodies.of_rows + bodies.written + received;
+        let bytes = self.size.iter().product::<usize>() * of_cell + of_bodies + of_flow;
         // SAFETY: the arguments of the kernel; slots of cells of the block are within the populations (tested in `layout`), and lists of
         // tiles, images and rows within their arrays.
-        unsafe { queue.launch(&self.kernels.sweep, &arguments, tiles, ITEMS, bytes)? };
-        if let Some(flow) = flow {
-            let arguments =
-                [Argument::Array(&self.flows), Argument::Int(tiles as i32), Argument::Array(&self.total)];
-            // SAFETY: the arguments of the kernel; there is a flow of each tile.
-            unsafe {
-                let bytes = tiles * TILE_WORDS * 8;
-                queue.launch(&self.kernels.flow_total, &arguments, 1, ITEMS, bytes)?;
-            }
-            let mut words = [0_i64; FLOW_WORDS];
-            queue.read(&self.total, &mut words)?;
-            self.transferred += size_of_val(&words) as u64;
-            *flow = self.flow_of(&words);
-        }
-        self.copy(&self.swept[phase.next() as usize], populations)?;
-        queue.read(&self.received, received)?;
-        self.transferred += size_of_val(received) as u64;
-        Ok(())
+        unsafe { self.queue.launch(&self.kernels.sweep, &arguments, tiles, ITEMS, bytes) }
+    }
+
+    /// Sum of the flows of all tiles.
+    fn total_flow(&mut self) -> Done<Flow> {
+        let tiles: usize = self.tiles.iter().product();
+        let arguments =
+            [Argument::Array(&self.flows), Argument::Int(tiles as i32), Argument::Array(&self.total)];
+        let bytes = tiles * TILE_WORDS * 8;
+        // SAFETY: the arguments of the kernel; there is a flow of each tile.
+        unsafe { self.queue.launch(&self.kernels.flow_total, &arguments, 1, ITEMS, bytes) }?;
+        let mut words = [0_i64; FLOW_WORDS];
+        self.queue.read(&self.total, &mut words)?;
+        self.transferred += size_of_val(&words) as u64;
+        Ok(self.flow_of(&words))
     }
 
     /// Momentum and moving mass that left some cells, given by their slots, in the last sweep, after which the phase is `phase`.

@@ -212,7 +212,6 @@ impl WrapX {
     }
 
     /// Slots of all copies of a block, to and from.
-    #[cfg(feature = "gpu")]
     pub(super) fn slots(&self, layout: &Layout) -> [Vec<u64>; 2] {
         let ([ny, nz], mut slots) = (self.size, [Vec::new(), Vec::new()]);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {

@@ -67,7 +67,6 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
 }
 
 /// All slots of some runs.
-#[cfg(feature = "gpu")]
 fn each_slot(runs: &[Run]) -> Vec<u64> {
     let slots = |run: &Run| {
         let Run { start, distance, count } = *run;
@@ -111,7 +110,6 @@ impl<T: Pod + Send> Pattern<T> {
     }
 
     /// Slots of the numbers that are sent, and where those that come go, in the order of the messages.
-    #[cfg(feature = "gpu")]
     pub(crate) fn slots(&self, entered: AaPhase) -> [Vec<u64>; 2] {
         let all = |of: fn(&Message, AaPhase) -> &[Run]| {
             self.messages.iter().flat_map(|message| each_slot(of(message, entered))).collect()
@@ -120,7 +118,6 @@ impl<T: Pod + Send> Pattern<T> {
     }
 
     /// Sends numbers that a device has packed.
-    #[cfg(feature = "gpu")]
     pub(crate) fn send(&mut self, mut packed: &[T], entered: AaPhase) {
         for (link, message) in self.messages.iter().enumerate() {
             let count = message.runs(entered).0.iter().map(|run| run.count).sum();
@@ -134,7 +131,6 @@ impl<T: Pod + Send> Pattern<T> {
     }
 
     /// Numbers that came, for a device to unpack.
-    #[cfg(feature = "gpu")]
     pub(crate) fn receive(&mut self, packed: &mut Vec<T>) {
         packed.clear();
         if !self.messages.is_empty() {
@@ -193,14 +189,13 @@ impl<T: Pod + Send> FluidHalo<T> {
         Ok(Self { own, early: Pattern::new(early, comm)?, late: Pattern::new(late, comm)? })
     }
 
-    /// Lets messages move on.
     /// Slots that are copied within the block, to and from.
-    #[cfg(feature = "gpu")]
     pub(crate) fn own_slots(&self, entered: AaPhase) -> [Vec<u64>; 2] {
         let (from, to) = self.own.runs(entered);
         [each_slot(to), each_slot(from)]
     }
 
+    /// Lets messages make progress.
     pub(crate) fn progress(&mut self) {
         self.early.progress();
         self.late.progress();

@@ -2,9 +2,6 @@
 //!
 //! The order of all numbers is that of `device/kernels.cl`; `coupling/images.rs` writes them.
 
-// There are none without devices.
-#![cfg_attr(not(feature = "gpu"), allow(dead_code))]
-
 /// Integers of an image.
 pub(crate) const INTS: usize = 20;
 

@@ -46,6 +46,11 @@ pub trait SolidModel: Copy {
         row: &Row<T>,
     ) -> Measure<R>;
 
+    /// Options of the preprocessor for the kernels of a device, besides `BY_VOLUME`.
+    fn kernel_options(self) -> String {
+        String::new()
+    }
+
     /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)`; `t = tau - 1/2`.
     fn drag(self, e: f64, t: f64) -> f64;
 }

@@ -2,8 +2,10 @@
 
 use super::*;
 use crate::comm::on_threads;
-use crate::coupling::{Homogenised, Method, Saturated, SolidOperator, sweep_alone};
+use crate::coupling::tests::COUPLINGS;
+use crate::coupling::{Method, SolidOperator, sweep_alone};
 use crate::domain::Domain;
+use crate::lattice::C;
 use crate::math::from_fixed_wide;
 use std::f64::consts::TAU;
 
@@ -193,17 +195,6 @@ fn sweep_cubes<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3], meth
     };
 }
 
-const fn saturated(operator: SolidOperator) -> Method {
-    Method::Saturated(Saturated::new(operator))
-}
-
-const METHODS: [Method; 4] = [
-    Method::Homogenised(Homogenised { ramp: 0.5 }),
-    saturated(SolidOperator::Sc1),
-    saturated(SolidOperator::Sc2),
-    saturated(SolidOperator::Sc3),
-];
-
 fn hash_after<S: Population>(
     cells: [usize; 3],
     ranks: usize,
@@ -233,9 +224,9 @@ fn hash_after<S: Population>(
 #[test]
 fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     let cells = [19, 14, 17];
-    let all = METHODS.into_iter().zip([20, 21, 20, 21]).chain([(METHODS[0], 21)]);
+    let all = COUPLINGS.into_iter().zip([20, 21, 20, 21]).chain([(COUPLINGS[0], 21)]);
     // Miri is a thousand times slower, and wants each access once.
-    let (cases, most) = if cfg!(miri) { (vec![(METHODS[0], 2)], 2) } else { (all.collect(), 12) };
+    let (cases, most) = if cfg!(miri) { (vec![(COUPLINGS[0], 2)], 2) } else { (all.collect(), 12) };
     for (method, steps) in cases {
         let [half, single, double] = [
             hash_after::<F16>(cells, 1, Simd::Scalar, steps, method),
@@ -334,7 +325,7 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
         .flat_map(|z| (0..cells[1]).flat_map(move |y| (0..cells[0]).map(move |x| [x, y, z])))
         .collect();
     let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
-    for (method, collision) in METHODS.iter().flat_map(|&m| BOTH.map(|collision| (m, collision))) {
+    for (method, collision) in COUPLINGS.iter().flat_map(|&m| BOTH.map(|collision| (m, collision))) {
         let params = FluidParams { collision, ..bgk(0.6, Simd::best()) };
         let operator = match method {
             Method::Homogenised(_) => None,
@@ -386,7 +377,7 @@ fn an_operator_gives_a_solid_cell_the_momentum_that_the_particle_is_told() {
     let us = [0.01, 0.02, -0.03];
     let momentum = |g: &[f64; Q], a: usize| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>();
     let rho = 1.0 + g.iter().sum::<f64>();
-    for operator in [SolidOperator::Sc1, SolidOperator::Sc2, SolidOperator::Sc3] {
+    for operator in SolidOperator::ALL {
         let params = FluidParams { collision: Collision::Trt { magic: 0.125 }, ..bgk(0.56, Simd::best()) };
         for (e, overlap, force) in [(1.0, 0.0, 0.0), (0.4, 0.0, 1e-3), (0.8, 0.2, 1e-3)] {
             let after = collided(&g, &params, Some(operator), [force, 0.0, 0.0], (e, overlap, us));

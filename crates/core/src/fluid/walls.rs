@@ -15,6 +15,7 @@
 //! Boltzmann Method, Eqs. (5.26) and (5.79).
 
 mod find;
+mod rule;
 
 use super::Real;
 use super::layout::{AaPhase, Layout};
@@ -26,6 +27,7 @@ use crate::error::Result;
 use crate::lattice::{C, Q, opposite};
 use crate::math::to_fixed;
 use find::Map;
+pub(crate) use rule::LinkRule;
 use std::ops::Range;
 
 /// Steady rigid motion of a wall, lattice units.
@@ -84,14 +86,15 @@ pub struct WallLoad {
 /// Of cells in no wall.
 const NO_WALL: u16 = u16::MAX;
 
-/// Links of consecutive cells along x in the same direction to the same wall.
+/// Links of consecutive cells along x in the same direction to the same wall, all by one rule.
 #[derive(Clone, Copy, Debug)]
 struct Run {
     /// Slot `(x, i)` of the first link; the direction gives the distance of `(w, -i)` from it.
     near: usize,
     count: u32,
-    /// First of the corrections, if the wall moves.
-    corrections: Option<u32>,
+    rule: LinkRule,
+    /// First of the numbers that the rule has for them.
+    numbers: u32,
     wall: u16,
     direction: u8,
 }
@@ -117,8 +120,8 @@ pub(crate) struct Walls<S: Population> {
     early: Vec<Vec<Run>>,
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
-    /// `6 w_i c_i . u_w` of the links to moving walls.
-    corrections: Vec<S::Number>,
+    /// What the rules of runs need, link by link.
+    numbers: Vec<S::Number>,
     /// At the two ends of rows, where they meet closed faces.
     ends: Vec<RowEnds<S::Number>>,
     /// Wall cells of the block by row; no row at all if there is none.
@@ -136,8 +139,9 @@ struct RowEnds<T> {
     /// Last cell of a row, and the ghost beyond.
     last: isize,
     ghost: isize,
-    /// By row, then by direction; empty if nothing moves.
-    corrections: Vec<T>,
+    rule: LinkRule,
+    /// What the rule needs, by row, then by direction.
+    numbers: Vec<T>,
     /// By row, then by direction; `NO_WALL` where the last cell belongs to a wall itself.
     walls: Vec<u16>,
 }
@@ -158,7 +162,7 @@ impl<S: Population> Walls<S> {
             to_far: std::array::from_fn(|i| {
                 (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
             }),
-            corrections: Vec::new(),
+            numbers: Vec::new(),
             ends: Vec::new(),
             rows: Vec::new(),
             size,
@@ -213,12 +217,8 @@ impl<S: Population> Walls<S> {
                 let mut bounce = |y: isize, z: isize| {
                     let near = i * layout.stride + layout.cell(ends.last, y, z);
                     let far = opposite(i) * layout.stride + layout.cell(ends.ghost, y - cy, z - cz);
-                    let (from, to) = if entered == AaPhase::Odd { (near, far) } else { (far, near) };
-                    let mut g = populations[from];
-                    if !ends.corrections.is_empty() {
-                        g = S::round(g.read() + ends.corrections[ends.link(self.size, y, z, k)]);
-                    }
-                    populations[to] = g;
+                    let numbers = ends.numbers_of(ends.link(self.size, y, z, k));
+                    ends.rule.apply(populations, ends_of([near, far], entered), 1, numbers);
                 };
                 // The row of the ghost is this one, an earlier one, or none of the block.
                 let ghost = self.order.row(y - cy, z - cz);
@@ -251,26 +251,14 @@ impl<S: Population> Walls<S> {
     #[inline(always)]
     fn bounce(&self, runs: &[Run], entered: AaPhase, populations: &mut [S]) {
         for run in runs {
-            let far = self.far(run);
-            let (from, to) = if entered == AaPhase::Odd { (run.near, far) } else { (far, run.near) };
-            let count = run.count as usize;
-            if let Some(corrections) = self.corrections_of(run) {
-                for (k, &correction) in corrections.iter().enumerate() {
-                    populations[to + k] = S::round(populations[from + k].read() + correction);
-                }
-            } else if count < CHUNK {
-                for k in 0..count {
-                    populations[to + k] = populations[from + k];
-                }
-            } else {
-                populations.copy_within(from..from + count, to);
-            }
+            let slots = ends_of([run.near, self.far(run)], entered);
+            run.rule.apply(populations, slots, run.count as usize, self.numbers_of(run));
         }
     }
 
     #[inline(always)]
-    fn corrections_of(&self, run: &Run) -> Option<&[S::Number]> {
-        run.corrections.map(|first| &self.corrections[first as usize..][..run.count as usize])
+    fn numbers_of(&self, run: &Run) -> &[S::Number] {
+        &self.numbers[run.numbers as usize..][..run.rule.numbers() * run.count as usize]
     }
 
     /// Slot `(w, -i)` of the first link of a run.
@@ -282,45 +270,36 @@ impl<S: Population> Walls<S> {
     /// Sets `far` of every link so that `near`, given in the phase `Even`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [S]) {
         for run in self.late.iter().chain(self.early.iter().flatten()) {
-            let (far, corrections) = (self.far(run), self.corrections_of(run));
+            let (far, numbers, each) = (self.far(run), self.numbers_of(run), run.rule.numbers());
             for k in 0..run.count as usize {
-                let correction = corrections.map_or(S::Number::ZERO, |corrections| corrections[k]);
-                populations[far + k] = S::round(populations[run.near + k].read() - correction);
+                populations[far + k] = run.rule.sent(populations[run.near + k], &numbers[each * k..]);
             }
         }
         for ends in &self.ends {
             ends.each(layout, self.size, |link, _, _, near, far| {
-                let correction = ends.corrections.get(link).copied().unwrap_or(S::Number::ZERO);
-                populations[far] = S::round(populations[near].read() - correction);
+                populations[far] = ends.rule.sent(populations[near], ends.numbers_of(link));
             });
         }
     }
 
-    /// All links as a device copies them: those within the block, then those that wait for the halo exchange.
-    #[cfg(feature = "gpu")]
-    pub(crate) fn links(&self, layout: &Layout) -> [Links<S::Number>; 2] {
-        let of_runs = |runs: &mut dyn Iterator<Item = &Run>| {
-            let mut links =
-                Links { still: Default::default(), moving: Default::default(), corrections: Vec::new() };
-            for run in runs {
-                let (far, corrections) = (self.far(run), self.corrections_of(run));
-                for k in 0..run.count as usize {
-                    links.add(run.near + k, far + k, corrections.map(|corrections| corrections[k]));
-                }
-            }
-            links
-        };
-        let mut early = of_runs(&mut self.early.iter().flatten());
+    /// All links as a device applies them, a list for each rule: those within the block, then those that wait for the halo exchange.
+    pub(crate) fn links(&self, layout: &Layout) -> [Vec<LinkList<S::Number>>; 2] {
+        let [mut early, mut late] = [(); 2].map(|()| LinkRule::ALL.map(LinkList::new));
+        for run in self.early.iter().flatten() {
+            early[run.rule as usize].add(run.near, self.far(run), run.count as usize, self.numbers_of(run));
+        }
+        for run in &self.late {
+            late[run.rule as usize].add(run.near, self.far(run), run.count as usize, self.numbers_of(run));
+        }
         for ends in &self.ends {
             ends.each(layout, self.size, |link, _, _, near, far| {
-                early.add(near, far, ends.corrections.get(link).copied());
+                early[ends.rule as usize].add(near, far, 1, ends.numbers_of(link));
             });
         }
-        [early, of_runs(&mut self.late.iter())]
+        [early.into(), late.into()]
     }
 
     /// Of each cell of the block: 0 in fluid, 1 in a wall, 2 if it is not swept; empty if there is no cell in a wall.
-    #[cfg(feature = "gpu")]
     pub(crate) fn flags(&self) -> Vec<u8> {
         let [nx, ny, nz] = self.size;
         if self.rows.is_empty() {
@@ -372,21 +351,29 @@ impl<S: Population> Walls<S> {
     }
 }
 
-/// Links as pairs of slots, `near` in the fluid and `far` in the wall; those to moving walls, with their corrections, apart.
-#[cfg(feature = "gpu")]
-pub(crate) struct Links<T> {
-    pub(crate) still: [Vec<u64>; 2],
-    pub(crate) moving: [Vec<u64>; 2],
-    pub(crate) corrections: Vec<T>,
+/// Where a population comes from and goes to on entering a phase, of the two ends of a link.
+#[inline(always)]
+fn ends_of([near, far]: [usize; 2], entered: AaPhase) -> [usize; 2] {
+    if entered == AaPhase::Odd { [near, far] } else { [far, near] }
 }
 
-#[cfg(feature = "gpu")]
-impl<T> Links<T> {
-    fn add(&mut self, near: usize, far: usize, correction: Option<T>) {
-        let [to_near, to_far] = if correction.is_some() { &mut self.moving } else { &mut self.still };
-        to_near.push(near as u64);
-        to_far.push(far as u64);
-        self.corrections.extend(correction);
+/// Links of one rule as pairs of slots, `near` in the fluid and `far` in the wall, with their numbers.
+pub(crate) struct LinkList<T> {
+    pub(crate) rule: LinkRule,
+    pub(crate) near: Vec<u64>,
+    pub(crate) far: Vec<u64>,
+    pub(crate) numbers: Vec<T>,
+}
+
+impl<T: Real> LinkList<T> {
+    fn new(rule: LinkRule) -> Self {
+        Self { rule, near: Vec::new(), far: Vec::new(), numbers: Vec::new() }
+    }
+
+    fn add(&mut self, near: usize, far: usize, count: usize, numbers: &[T]) {
+        self.near.extend((0..count).map(|k| (near + k) as u64));
+        self.far.extend((0..count).map(|k| (far + k) as u64));
+        self.numbers.extend_from_slice(numbers);
     }
 }
 
@@ -439,6 +426,11 @@ impl<T> RowEnds<T> {
     #[inline(always)]
     fn link(&self, size: [usize; 3], y: isize, z: isize, k: usize) -> usize {
         (z as usize * size[1] + y as usize) * self.directions.len() + k
+    }
+
+    #[inline(always)]
+    fn numbers_of(&self, link: usize) -> &[T] {
+        &self.numbers[self.rule.numbers() * link..][..self.rule.numbers()]
     }
 
     /// Calls `visit(link, direction, cell, near, far)` for all links.

@@ -1,15 +1,48 @@
 //! Collision of partially saturated cells, and the momentum that they exchange.
 
-use super::{Saturated, SolidOperator};
+use super::Saturated;
 use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put, store_pair};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
 use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
 use crate::lattice::{C, Q, W};
+use serde::{Deserialize, Serialize};
 
 /// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
 const LEAK: f64 = 0.01;
 const FILM: f64 = 20.0;
+
+/// Collision in solid cells of the coupling "saturated".
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SolidOperator {
+    /// Bounce-back of the deviation from equilibrium.
+    Sc1,
+    /// Equilibrium of the solid, and what relaxation leaves.
+    Sc2,
+    /// Bounce-back off a moving wall.
+    #[default]
+    Sc3,
+}
+
+impl SolidOperator {
+    /// All operators.
+    pub const ALL: [Self; 3] = [Self::Sc1, Self::Sc2, Self::Sc3];
+
+    /// Name in case files and, in capitals, in the kernels of a device.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sc1 => "sc1",
+            Self::Sc2 => "sc2",
+            Self::Sc3 => "sc3",
+        }
+    }
+
+    /// Momentum that the operator gives to a wholly solid cell, over `rho (u_s - u)`.
+    pub(crate) fn momentum(self) -> f64 {
+        if self == Self::Sc3 { 2.0 } else { 1.0 }
+    }
+}
 
 impl SolidModel for Saturated {
     const PAIRS: bool = true;
@@ -77,6 +110,11 @@ impl SolidModel for Saturated {
             received: b * cells.rho * R::splat(T::from_f64(self.operator.momentum())),
             reflected: (self.operator != SolidOperator::Sc2).then_some(b),
         }
+    }
+
+    fn kernel_options(self) -> String {
+        let (name, momentum) = (self.operator.name().to_uppercase(), self.operator.momentum());
+        format!("-D{name} -DMOMENTUM={momentum:?}")
     }
 
     fn drag(self, e: f64, t: f64) -> f64 {

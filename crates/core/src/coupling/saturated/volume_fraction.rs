@@ -68,7 +68,6 @@ impl Normal<f32> {
 }
 
 /// Properties of the unit normal `n` of a face that the volume behind it needs, in the form for a device.
-#[cfg(feature = "gpu")]
 pub(in crate::coupling) fn face_numbers(n: [f32; 3]) -> [f32; 9] {
     let Normal { sizes: [m1, m2, m3], square, half, half_both, both, product, divisor } =
         Normal::<f32>::unit(n);

@@ -1,29 +1,115 @@
 //! What follows the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
 
-use super::{DeviceFluid, Populations};
-use crate::device::{Argument, Array, Done};
-use crate::fluid::halo::FluidHalo;
+use super::{DeviceSweep, Populations, filled};
+use crate::device::{Argument, Array, Done, Queue};
+use crate::error::Result;
+use crate::fluid::Fluid;
+use crate::fluid::dispatch::WrapX;
+use crate::fluid::halo::{FluidHalo, Pattern};
 use crate::fluid::layout::AaPhase;
 use crate::fluid::population::Population;
+use crate::fluid::walls::{LinkList, LinkRule};
 
-/// Copies of populations, from slots to slots.
+/// Name of the lists in messages.
+const LINKS: &str = "the links of a block";
+
+/// Populations that are copied along links of one rule, from slots to slots.
 pub(super) struct Copies {
-    pub(super) to: Array,
-    pub(super) from: Array,
-    pub(super) count: usize,
-    pub(super) corrections: Option<Array>,
+    to: Array,
+    from: Array,
+    count: usize,
+    rule: LinkRule,
+    numbers: Array,
+}
+
+impl Copies {
+    /// None without links.
+    fn new<T: bytemuck::Pod>(
+        queue: &Queue,
+        [to, from]: [&[u64]; 2],
+        rule: LinkRule,
+        numbers: &[T],
+    ) -> Result<Option<Self>> {
+        if to.is_empty() {
+            return Ok(None);
+        }
+        let (to, from, count) = (filled(queue, to, LINKS)?, filled(queue, from, LINKS)?, to.len());
+        Ok(Some(Self { to, from, count, rule, numbers: filled(queue, numbers, "the motion of walls")? }))
+    }
 }
 
 /// Numbers that cross to other blocks: where they are, where those that come go, by the phase entered, and the message.
-pub(super) struct Crossing<S> {
-    pub(super) from: [Array; 2],
-    pub(super) to: [Array; 2],
-    pub(super) counts: [usize; 2],
-    pub(super) message: Array,
-    pub(super) packed: Vec<S>,
+struct Crossing<S> {
+    from: [Array; 2],
+    to: [Array; 2],
+    counts: [usize; 2],
+    message: Array,
+    packed: Vec<S>,
 }
 
-impl<S: Population> DeviceFluid<S> {
+impl<S: Population> Crossing<S> {
+    fn new(queue: &Queue, pattern: &Pattern<S>) -> Result<Self> {
+        let [[sent_even, come_even], [sent_odd, come_odd]] =
+            [AaPhase::Even, AaPhase::Odd].map(|phase| pattern.slots(phase));
+        let counts = [sent_even.len(), sent_odd.len()];
+        // As many come as are sent.
+        let most = counts[0].max(counts[1]);
+        let fill = |slots: &[u64]| filled(queue, slots, LINKS);
+        Ok(Self {
+            from: [fill(&sent_even)?, fill(&sent_odd)?],
+            to: [fill(&come_even)?, fill(&come_odd)?],
+            counts,
+            message: queue.zeroed(most * size_of::<S>(), "the messages of a block")?,
+            packed: vec![S::zeroed(); most],
+        })
+    }
+}
+
+/// All that populations do besides the sweep, by the phase entered.
+pub(super) struct Exchange<S> {
+    /// After the sweep, within the block in the halo exchange, and after it.
+    pub(super) swept: [Vec<Copies>; 2],
+    own: [Vec<Copies>; 2],
+    late: [Vec<Copies>; 2],
+    crossing: [Crossing<S>; 2],
+}
+
+impl<S: Population> Exchange<S> {
+    pub(super) fn new(queue: &Queue, fluid: &Fluid<S>) -> Result<Self> {
+        let [early, late] = fluid.walls.links(&fluid.layout);
+        let of_links = |lists: &[LinkList<S::Number>], entered: AaPhase| -> Result<Vec<Copies>> {
+            let copies = lists.iter().map(|list| {
+                // What enters the phase `Odd` goes to the wall.
+                let [to, from] = match entered {
+                    AaPhase::Odd => [&list.far, &list.near],
+                    AaPhase::Even => [&list.near, &list.far],
+                };
+                Copies::new(queue, [to, from], list.rule, &list.numbers)
+            });
+            copies.filter_map(Result::transpose).collect()
+        };
+        let plain =
+            |[to, from]: [Vec<u64>; 2]| Copies::new::<S::Number>(queue, [&to, &from], LinkRule::Resting, &[]);
+        let swept = |entered: AaPhase| -> Result<Vec<Copies>> {
+            let mut copies = of_links(&early, entered)?;
+            if fluid.wrap_x {
+                copies.extend(plain(WrapX::new(&fluid.layout, entered.next()).slots(&fluid.layout))?);
+            }
+            Ok(copies)
+        };
+        let own = |entered: AaPhase| -> Result<Vec<Copies>> {
+            Ok(plain(fluid.halo.own_slots(entered))?.into_iter().collect())
+        };
+        Ok(Self {
+            swept: [swept(AaPhase::Even)?, swept(AaPhase::Odd)?],
+            own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
+            late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
+            crossing: [Crossing::new(queue, &fluid.halo.early)?, Crossing::new(queue, &fluid.halo.late)?],
+        })
+    }
+}
+
+impl<S: Population> DeviceSweep<S> {
     /// Completes a sweep, after which the phase is `entered`: populations arrive from the neighbouring blocks, and walls send them back.
     pub(in crate::fluid) fn exchange(
         &mut self,
@@ -35,7 +121,7 @@ impl<S: Population> DeviceFluid<S> {
         // Both ranks of a message must get through the exchange even if a device has failed.
         let mut failed = Ok(());
         let at = entered as usize;
-        for (crossing, pattern) in self.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
+        for (crossing, pattern) in self.exchange.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
             let Crossing { from, counts, message, packed, .. } = crossing;
             packed.resize(counts[at], S::zeroed());
             if counts[at] > 0 {
@@ -52,8 +138,8 @@ impl<S: Population> DeviceFluid<S> {
             }
             pattern.send(packed, entered);
         }
-        failed = failed.and(self.copy(&self.own[at], array));
-        for (crossing, pattern) in self.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
+        failed = failed.and(self.copy(&self.exchange.own[at], array));
+        for (crossing, pattern) in self.exchange.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
             let Crossing { to, counts, message, packed, .. } = crossing;
             pattern.receive(packed);
             if !packed.is_empty() {
@@ -74,7 +160,7 @@ impl<S: Population> DeviceFluid<S> {
                 });
             }
         }
-        failed = failed.and_then(|()| self.copy(&self.late[at], array));
+        failed = failed.and_then(|()| self.copy(&self.exchange.late[at], array));
         self.failed.note(failed);
     }
 
@@ -85,8 +171,8 @@ impl<S: Population> DeviceFluid<S> {
                 Argument::Array(&copies.to),
                 Argument::Array(&copies.from),
                 Argument::Long(copies.count as u64),
-                Argument::Int(i32::from(copies.corrections.is_some())),
-                Argument::Array(copies.corrections.as_ref().unwrap_or(&copies.to)),
+                Argument::Int(copies.rule as i32),
+                Argument::Array(&copies.numbers),
             ];
             // SAFETY: the arguments of the kernel; all slots are within the populations.
             unsafe {

@@ -1,8 +1,9 @@
 // The sweep of the fluid on a device, to the bits of `sweep_row`: OpenCL C 1.2 with 64-bit atomics and double precision; CUDA C++ after
 // `crate::device`'s `cuda.h`.
 //
-// Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), and
-// OPERATOR (0: homogenised cells; 1 to 3: that of partially saturated cells). Products and sums are never contracted; `fma` stands where
+// Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), BY_VOLUME
+// (0: homogenised cells; 1: partially saturated ones, with SC1, SC2 or SC3, their operator, and MOMENTUM, what it gives to a wholly solid
+// cell), and the numbers of the rules of links. Products and sums are never contracted; `fma` stands where
 // the processor's kernels have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`,
 // `volume_fraction.rs`, `coupling/homogenised.rs`.
 
@@ -323,7 +324,7 @@ long row_of(__global const int* image, int y, int z) {
     return (long)image[FIRST_ROW] + (long)(nz - image[Z_LOW]) * (image[Y_HIGH] - image[Y_LOW] + 1) + (ny - image[Y_LOW]);
 }
 
-#if OPERATOR == 0
+#if !BY_VOLUME
 // Velocity of a body in the cell at an offset.
 void velocity_of(__global const double* n, int nx, int ny, int nz, double u[3]) {
     double x = (double)nx - n[CENTRE], y = (double)ny - n[CENTRE + 1], z = (double)nz - n[CENTRE + 2];
@@ -381,12 +382,23 @@ float fraction_of(__global const int* image, __global const double* numbers, __g
 
 #define LEAK 0.01
 #define FILM 20.0
-#define BY_VOLUME (OPERATOR != 0)
+
+// How an operator treats a covered cell: it reflects in the relaxation, or PULLS single populations.
+#if !BY_VOLUME
+#define REFLECTS 0
+#elif defined(SC3)
+#define REFLECTS 1
+#elif defined(SC1) || defined(SC2)
+#define REFLECTS 0
+#define PULLS
+#else
+#error "no kernel for this operator"
+#endif
 
 __constant int C[Q][3] = {{0, 0, 0}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}, {1, 1, 0}, {-1, -1, 0}, {1, -1, 0},
                           {-1, 1, 0}, {1, 0, 1}, {-1, 0, -1}, {1, 0, -1}, {-1, 0, 1}, {0, 1, 1}, {0, -1, -1}, {0, 1, -1}, {0, -1, 1}};
 
-#if OPERATOR == 1
+#ifdef SC1
 REAL along(int i, const REAL v[3]) {
     REAL sum = K(0.0);
     for (int a = 0; a < 3; a++) sum = fma(K(C[i][a]), v[a], sum);
@@ -502,7 +514,7 @@ __kernel WORK_GROUP(TILE) void sweep(
             REAL over = solid * (K(1.0) / (total * mixed));
             b = (t * mixed) * over;
             REAL driven = fma(-(through * total), over, K(1.0));
-            REAL given = (b * c.rho) * (OPERATOR == 3 ? K(2.0) : K(1.0));
+            REAL given = (b * c.rho) * K(MOMENTUM);
             REAL kept = (K(1.0) - b) * (c.rho * driven);
             for (int a = 0; a < 3; a++) {
                 REAL acceleration = relaxation[2 + a];
@@ -524,7 +536,7 @@ __kernel WORK_GROUP(TILE) void sweep(
             }
             in[3] = c.deviation - UNSCALED(f[0]);
 #endif
-            r = relaxation_of(&c, target, k, k_odd, OPERATOR == 3, b, v);
+            r = relaxation_of(&c, target, k, k_odd, REFLECTS, b, v);
         } else {
             for (int a = 0; a < 3; a++) target[a] = c.u[a] + relaxation[2 + a];
             r = relaxation_of(&c, target, k, k_odd, 0, b, v);
@@ -532,7 +544,7 @@ __kernel WORK_GROUP(TILE) void sweep(
         if (wall == 1) {
             for (int i = 0; i < Q; i++) WRITE(g, cell + slots[i], K(0.0));
             for (int a = 0; a < 3; a++) mean[a] = K(0.0);
-#if OPERATOR == 1 || OPERATOR == 2
+#ifdef PULLS
         } else if (is_covered) {
             // In populations as they are, not as they are stored.
             Relaxation to = relaxation_of(&c, v, k, k_odd, 0, b, v);
@@ -541,7 +553,7 @@ __kernel WORK_GROUP(TILE) void sweep(
             for (int a = 0; a < 3; a++) { r.linear[a] = UNSCALED(r.linear[a]); to.linear[a] = UNSCALED(to.linear[a]); }
             for (int i = 0; i < Q; i++) f[i] = UNSCALED(f[i]);
             REAL relaxed = fma(r.rest, f[0], K(6.0) * r.base[0]);
-#if OPERATOR == 2
+#ifdef SC2
             REAL pulled = fma(to.rest, f[0], K(6.0) * to.base[0]);
 #else
             REAL pulled = f[0] + bounced(&c, v, 0);
@@ -550,7 +562,7 @@ __kernel WORK_GROUP(TILE) void sweep(
             for (int i = 1; i < Q; i += 2) {
                 REAL there, back, pulled_there, pulled_back;
                 pair_of(&r, i, f[i], f[i + 1], &there, &back);
-#if OPERATOR == 2
+#ifdef SC2
                 pair_of(&to, i, f[i], f[i + 1], &pulled_there, &pulled_back);
 #else
                 pulled_there = f[i + 1] + bounced(&c, v, i);
@@ -703,13 +715,16 @@ __kernel WORK_GROUP(TILE) void flow_total(__global const long* flows, const int 
 
 // ---- links ----
 
-// Copies populations, with a correction each if there are any (moving walls).
-__kernel void copy_links(__global Stored* g, __global const ulong* to, __global const ulong* from, const ulong count, const int corrected,
-                         __global const REAL* corrections) {
+// Copies populations by a rule, with the numbers that it has for each link.
+__kernel void copy_links(__global Stored* g, __global const ulong* to, __global const ulong* from, const ulong count, const int rule,
+                         __global const REAL* numbers) {
     size_t k = get_global_id(0);
     if (k >= count) return;
     REAL population = READ(g, from[k]);
-    if (corrected) population = SCALED(UNSCALED(population) + corrections[k]);
+    switch (rule) {
+        case RESTING: break;
+        case MOVING: population = SCALED(UNSCALED(population) + numbers[k]); break;
+    }
     WRITE(g, to[k], population);
 }
 

@@ -9,7 +9,7 @@ use std::rc::Rc;
 
 /// Which of the copies is the newer one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Newer {
+enum Newer {
     Neither,
     Host,
     Device,
@@ -18,14 +18,14 @@ pub(super) enum Newer {
 /// Populations on the host, with a copy on a device if there is one.
 pub(in crate::fluid) struct Populations<S> {
     host: UnsafeCell<Buffer<S>>,
-    pub(super) newer: Cell<Newer>,
-    pub(super) copy: Option<DeviceCopy>,
+    newer: Cell<Newer>,
+    copy: Option<DeviceCopy>,
 }
 
-pub(super) struct DeviceCopy {
-    pub(super) queue: Rc<Queue>,
-    pub(super) array: Array,
-    pub(super) failed: Rc<Failure>,
+struct DeviceCopy {
+    queue: Rc<Queue>,
+    array: Array,
+    failed: Rc<Failure>,
 }
 
 /// The first failure of a device.
@@ -51,6 +51,12 @@ impl<S: Population> Populations<S> {
     pub(in crate::fluid) fn root(&mut self) -> *mut S {
         let _: &mut [S] = self;
         self.host.get_mut().root()
+    }
+
+    /// Keeps a copy in an array of a device from now on.
+    pub(super) fn copy_to(&mut self, array: Array, queue: &Rc<Queue>, failed: &Rc<Failure>) {
+        self.copy = Some(DeviceCopy { queue: queue.clone(), array, failed: failed.clone() });
+        self.newer.set(Newer::Host);
     }
 
     /// Brings the host up to date.

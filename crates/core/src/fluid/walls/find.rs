@@ -1,6 +1,6 @@
 //! Finding the links of a block to its walls.
 
-use super::{Boundary, NO_WALL, RowEnds, Run, WallMotion, WallRow, Walls};
+use super::{Boundary, LinkRule, NO_WALL, RowEnds, Run, WallMotion, WallRow, Walls};
 use crate::domain::{Block, Domain};
 use crate::error::Result;
 use crate::fluid::layout::Layout;
@@ -70,18 +70,26 @@ impl<S: Population> Walls<S> {
         {
             let inwards: Vec<usize> = (1..Q).filter(|&i| C[i][0] == last - ghost).collect();
             let directions = inwards.try_into().expect("five of them");
-            let mut ends = RowEnds { directions, last, ghost, corrections: Vec::new(), walls: Vec::new() };
+            let mut ends = RowEnds {
+                directions,
+                last,
+                ghost,
+                rule: LinkRule::Moving,
+                numbers: Vec::new(),
+                walls: Vec::new(),
+            };
             for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
                 let in_fluid = map.at(last, y, z) == NO_WALL;
                 for i in directions {
                     let wall = map.at(ghost, y - C[i][1], z - C[i][2]);
                     ends.walls.push(if in_fluid { wall } else { NO_WALL });
                     let motion = &self.motions[usize::from(wall)];
-                    ends.corrections.push(map.correction(motion, [last, y, z], i));
+                    ends.numbers.push(map.correction(motion, [last, y, z], i));
                 }
             }
-            if ends.corrections.iter().all(|&c| c == S::Number::ZERO) {
-                ends.corrections.clear();
+            if ends.numbers.iter().all(|&c| c == S::Number::ZERO) {
+                ends.numbers.clear();
+                ends.rule = LinkRule::Resting;
             }
             self.ends.push(ends);
         }
@@ -115,20 +123,22 @@ impl<S: Population> Walls<S> {
                     let run = Run {
                         near: i * layout.stride + layout.cell(x, y, z),
                         count: links.len() as u32,
-                        corrections: motion.moves().then_some(self.corrections.len() as u32),
+                        rule: if motion.moves() { LinkRule::Moving } else { LinkRule::Resting },
+                        numbers: self.numbers.len() as u32,
                         wall,
                         direction: i as u8,
                     };
-                    if motion.moves() {
-                        let corrections =
-                            links.iter().map(|link| map.correction::<S::Number>(&motion, [link.0, y, z], i));
-                        self.corrections.extend(corrections);
+                    if run.rule == LinkRule::Moving {
+                        let of = |link: &(isize, u16, bool)| {
+                            map.correction::<S::Number>(&motion, [link.0, y, z], i)
+                        };
+                        self.numbers.extend(links.iter().map(of));
                     }
                     if late { &mut self.late } else { &mut self.early[completed] }.push(run);
                 }
             }
         }
-        assert!(u32::try_from(self.corrections.len()).is_ok());
+        assert!(u32::try_from(self.numbers.len()).is_ok());
         if self.early.iter().all(Vec::is_empty) {
             self.early.clear();
         }

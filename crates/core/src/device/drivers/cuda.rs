@@ -1,9 +1,10 @@
 //! The driver CUDA, with the same kernels, for GPUs of NVIDIA that OpenCL does not list. NVRTC compiles them while the program runs.
 
-use super::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
+use crate::device::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use cudarc::driver::sys::CUdevice_attribute;
 use cudarc::driver::{
-    CudaContext, CudaModule, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg, result,
+    CudaContext, CudaFunction, CudaModule, CudaSlice, CudaStream, DriverError, LaunchConfig, PushKernelArg,
+    result,
 };
 use cudarc::nvrtc::{CompileError, CompileOptions, Ptx, compile_ptx_with_opts};
 use std::sync::Arc;
@@ -110,7 +111,7 @@ struct Compiled {
 
 impl Program for Compiled {
     fn kernel(&self, name: &str) -> Done<Kernel> {
-        Ok(Kernel::Cuda(self.module.load_function(name)?))
+        Ok(Box::new(self.module.load_function(name)?))
     }
 
     fn commands(self: Arc<Self>) -> Done<Box<dyn Commands>> {
@@ -125,19 +126,17 @@ struct InOrder(Arc<CudaStream>);
 
 /// The array of this driver.
 fn slice(memory: &Memory) -> &CudaSlice<u8> {
-    let Memory::Cuda(slice) = memory else { unreachable!("an array of another driver") };
-    slice
+    memory.downcast_ref().expect("an array of this driver")
 }
 
 fn slice_mut(memory: &mut Memory) -> &mut CudaSlice<u8> {
-    let Memory::Cuda(slice) = memory else { unreachable!("an array of another driver") };
-    slice
+    memory.downcast_mut().expect("an array of this driver")
 }
 
 impl Commands for InOrder {
     fn allocate(&self, bytes: usize) -> Done<Memory> {
         // SAFETY: what is in it is no more than bytes.
-        Ok(Memory::Cuda(unsafe { self.0.alloc::<u8>(bytes) }?))
+        Ok(Box::new(unsafe { self.0.alloc::<u8>(bytes) }?))
     }
 
     unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done {
@@ -155,8 +154,8 @@ impl Commands for InOrder {
         self.finish()
     }
 
-    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done {
-        let Kernel::Cuda(function) = kernel else { unreachable!("a kernel of another driver") };
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: u32, group: u32) -> Done {
+        let function: &CudaFunction = kernel.downcast_ref().expect("a kernel of this driver");
         let mut launch = self.0.launch_builder(function);
         for argument in arguments {
             match argument {
@@ -166,8 +165,7 @@ impl Commands for InOrder {
                 Argument::Ints(n) => launch.arg(n),
             };
         }
-        let blocks = u32::try_from(groups).map_err(|_| Failed("too many work-groups for CUDA".to_owned()))?;
-        let (grid_dim, block_dim) = ((blocks, 1, 1), (group as u32, 1, 1));
+        let (grid_dim, block_dim) = ((groups, 1, 1), (group, 1, 1));
         // SAFETY: promised by the caller.
         unsafe { launch.launch(LaunchConfig { grid_dim, block_dim, shared_mem_bytes: 0 }) }?;
         Ok(())
@@ -181,6 +179,15 @@ impl Commands for InOrder {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::coupling::{Homogenised, Saturated, SolidOperator};
+    use crate::fluid::device::{KERNELS, options};
+    use crate::fluid::{F16, Population};
+
+    /// Options for all methods.
+    fn all<S: Population>() -> Vec<String> {
+        let saturated = SolidOperator::ALL.map(|of| options::<S, _>(Saturated::new(of), true));
+        [&saturated[..], &[options::<S, _>(Homogenised { ramp: 1.0 }, true)]].concat()
+    }
 
     /// Without NVRTC nothing is compiled, unless `TURBID_NEEDS_NVRTC` is set.
     #[test]
@@ -190,20 +197,16 @@ mod tests {
         if !has_compiler() {
             return;
         }
-        let kernels = include_str!("../fluid/device/kernels.cl");
         let fused = |source: &str, options: &str| {
             let code = compile(source, options, "sm_80").unwrap().to_src();
             assert!(code.contains(".entry sweep"));
             code.matches("fma.rn").count() + code.matches("mad.rn.f").count()
         };
-        let plain = format!("#define fma(a, b, c) ((a) * (b) + (c))\n{kernels}");
-        for precision in ["-DREAL=float", "-DREAL=double", "-DREAL=float -DF16"] {
-            for operator in 0..4 {
-                let options = format!("{precision} -DPAIRS=1 -DOPERATOR={operator}");
-                assert_eq!(fused(&plain, &options), 0, "{options}");
-            }
+        let plain = format!("#define fma(a, b, c) ((a) * (b) + (c))\n{KERNELS}");
+        for options in [all::<f32>(), all::<f64>(), all::<F16>()].concat() {
+            assert_eq!(fused(&plain, &options), 0, "{options}");
         }
         // The count finds those that they have.
-        assert!(fused(kernels, "-DREAL=float -DPAIRS=1 -DOPERATOR=3") > 0);
+        assert!(fused(KERNELS, &all::<f32>()[0]) > 0);
     }
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The part of OpenCL C that the kernels use.
-const PRELUDE: &str = include_str!("host.h");
+const PRELUDE: &str = include_str!("host_tests.h");
 
 /// A kernel: takes pointers to its arguments, the number of work-groups, and that of the items of each.
 pub(super) type Entry = unsafe extern "C" fn(*const *const c_void, usize, usize);
@@ -89,7 +89,7 @@ impl Program for Library {
             return Err(Failed(format!("no {}", name.to_string_lossy())));
         }
         // SAFETY: all functions of these names are written above.
-        Ok(Kernel::Host(unsafe { std::mem::transmute::<*mut c_void, Entry>(entry) }))
+        Ok(Box::new(unsafe { std::mem::transmute::<*mut c_void, Entry>(entry) }))
     }
 
     fn commands(self: Arc<Self>) -> Done<Box<dyn Commands>> {
@@ -101,8 +101,7 @@ impl Program for Library {
 struct AtOnce;
 
 fn words(memory: &Memory) -> &[Cell<u64>] {
-    let Memory::Host(words) = memory else { unreachable!("an array of another driver") };
-    words
+    memory.downcast_ref::<Vec<Cell<u64>>>().expect("an array of this driver")
 }
 
 fn bytes(memory: &Memory) -> *mut u8 {
@@ -112,7 +111,7 @@ fn bytes(memory: &Memory) -> *mut u8 {
 impl Commands for AtOnce {
     fn allocate(&self, bytes: usize) -> Done<Memory> {
         // Nothing may rely on zeros.
-        Ok(Memory::Host(vec![Cell::new(0x7ff4_dead_beef_7ff4); bytes.div_ceil(8)].into()))
+        Ok(Box::new(vec![Cell::new(0x7ff4_dead_beef_7ff4_u64); bytes.div_ceil(8)]))
     }
 
     unsafe fn clear(&self, memory: &mut Memory, count: usize) -> Done {
@@ -136,8 +135,8 @@ impl Commands for AtOnce {
         Ok(())
     }
 
-    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done {
-        let Kernel::Host(entry) = kernel else { unreachable!("a kernel of another driver") };
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: u32, group: u32) -> Done {
+        let entry: &Entry = kernel.downcast_ref().expect("a kernel of this driver");
         let arrays: Vec<*mut u8> = arguments
             .iter()
             .map(|argument| match argument {
@@ -156,11 +155,30 @@ impl Commands for AtOnce {
             })
             .collect();
         // SAFETY: promised by the caller.
-        unsafe { entry(pointers.as_ptr(), groups, group) };
+        unsafe { entry(pointers.as_ptr(), groups as usize, group as usize) };
         Ok(())
     }
 
     fn finish(&self) -> Done {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::device::Device;
+    use crate::error::Error;
+
+    #[test]
+    fn refused_kernels_are_an_error_with_all_that_the_compiler_said_and_its_first_error_in_the_message() {
+        let Some(device) = Device::compiled_as_cpp() else { return };
+        let refused = device.compile("void first() { int x = \"no\"; }\nvoid second() { return 1; }", "");
+        let Err(error) = refused else { panic!("compiled") };
+        let Error::Kernels { log, .. } = &error else { panic!("{error}") };
+        assert!(log.contains("first") && log.contains("second"), "{log}");
+        let message = error.to_string();
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.starts_with("the compiler of the processor refused the kernels: "), "{message}");
+        assert!(message.contains("error") && !message.contains(".log"), "{message}");
     }
 }

@@ -1,6 +1,6 @@
 //! The driver OpenCL.
 
-use super::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
+use crate::device::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use opencl3::command_queue::CommandQueue;
 use opencl3::context::Context;
 use opencl3::device::{
@@ -75,7 +75,7 @@ struct Compiled {
 
 impl Program for Compiled {
     fn kernel(&self, name: &str) -> Done<Kernel> {
-        Ok(Kernel::OpenCl(opencl3::kernel::Kernel::create(&self.program, name)?))
+        Ok(Box::new(opencl3::kernel::Kernel::create(&self.program, name)?))
     }
 
     fn commands(self: Arc<Self>) -> Done<Box<dyn Commands>> {
@@ -93,13 +93,11 @@ struct InOrder {
 
 /// The array of this driver.
 fn buffer(memory: &Memory) -> &Buffer<u8> {
-    let Memory::OpenCl(buffer) = memory else { unreachable!("an array of another driver") };
-    buffer
+    memory.downcast_ref().expect("an array of this driver")
 }
 
 fn buffer_mut(memory: &mut Memory) -> &mut Buffer<u8> {
-    let Memory::OpenCl(buffer) = memory else { unreachable!("an array of another driver") };
-    buffer
+    memory.downcast_mut().expect("an array of this driver")
 }
 
 impl Commands for InOrder {
@@ -107,7 +105,7 @@ impl Commands for InOrder {
         let context = &self.compiled.context;
         // SAFETY: no host memory is involved.
         let buffer = unsafe { Buffer::<u8>::create(context, CL_MEM_READ_WRITE, bytes, std::ptr::null_mut()) };
-        Ok(Memory::OpenCl(buffer?))
+        Ok(Box::new(buffer?))
     }
 
     unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done {
@@ -128,8 +126,8 @@ impl Commands for InOrder {
         Ok(())
     }
 
-    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: usize, group: usize) -> Done {
-        let Kernel::OpenCl(kernel) = kernel else { unreachable!("a kernel of another driver") };
+    unsafe fn launch(&self, kernel: &Kernel, arguments: &[Argument], groups: u32, group: u32) -> Done {
+        let kernel: &opencl3::kernel::Kernel = kernel.downcast_ref().expect("a kernel of this driver");
         for (at, argument) in (0..).zip(arguments) {
             // SAFETY: promised by the caller.
             unsafe {
@@ -141,7 +139,8 @@ impl Commands for InOrder {
                 }
             }?;
         }
-        let (items, none) = (groups * group, std::ptr::null());
+        let (group, none) = (group as usize, std::ptr::null());
+        let items = groups as usize * group;
         // SAFETY: as above; there is one direction.
         unsafe {
             self.queue.enqueue_nd_range_kernel(kernel.get(), 1, none, &raw const items, &raw const group, &[])

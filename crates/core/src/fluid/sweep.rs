@@ -1,0 +1,147 @@
+//! A sweep of a block and what completes it, by the processor or by a device: the one place that tells them apart.
+
+use super::device::DeviceSweep;
+use super::{BlockSolids, Collision, Flow, Fluid, Population, SolidModel, Sweep, device::options, dispatch};
+use crate::device::{Device, KernelCost};
+use crate::error::{Error, Result};
+use crate::lattice::{C, Q};
+
+/// What sweeps a block.
+pub(super) enum SweepDevice<S> {
+    /// The processor, by the kernels of [`dispatch`].
+    Host,
+    /// A device, by `device/kernels.cl`.
+    Device(Box<DeviceSweep<S>>),
+}
+
+impl<S: Population> Fluid<S> {
+    /// Computes this fluid on a device from now on, with cells covered as a method says.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the device has not the memory, [`Error::Kernels`] if its compiler refuses the kernels.
+    pub fn use_device<M: SolidModel>(&mut self, device: &Device, model: M) -> Result<()> {
+        // As in `sweep_part`.
+        let pairs = M::PAIRS || self.params.collision != Collision::Bgk;
+        self.device =
+            SweepDevice::Device(Box::new(DeviceSweep::new(device, &options::<S, M>(model, pairs), self)?));
+        Ok(())
+    }
+
+    /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.
+    pub fn device_traffic(&self) -> Option<u64> {
+        match &self.device {
+            SweepDevice::Host => None,
+            SweepDevice::Device(device) => Some(device.transferred),
+        }
+    }
+
+    /// Costs of the kernels of the device since they are timed; times them from now on or no longer. None without a device.
+    pub fn time_kernels(&self, from_now_on: bool) -> Vec<KernelCost> {
+        match &self.device {
+            SweepDevice::Host => Vec::new(),
+            SweepDevice::Device(device) => device.time_kernels(from_now_on),
+        }
+    }
+
+    /// A failure of the device since the last call.
+    pub fn take_failure(&mut self) -> Option<Error> {
+        match &self.device {
+            SweepDevice::Host => None,
+            SweepDevice::Device(device) => device.take_failure(),
+        }
+    }
+
+    /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
+    ///
+    /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
+    /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
+    /// measurements of the cells before the sweep. Collective.
+    pub fn sweep<M: SolidModel>(
+        &mut self,
+        acceleration: [f64; 3],
+        solids: &mut BlockSolids<M>,
+        measure: bool,
+    ) -> Option<Flow> {
+        let (mut flow, entered) = (measure.then(Flow::default), self.phase.next());
+        match &mut self.device {
+            SweepDevice::Device(device) => {
+                let row = dispatch::parameters_of(self.relaxation_times, acceleration);
+                let images = solids.images.expect("the images of bodies for a device");
+                flow = device.sweep(&mut self.populations, self.phase, row, images, solids.bodies, measure);
+            }
+            SweepDevice::Host => {
+                if self.order.has_first() {
+                    self.sweep_part(true, acceleration, solids, flow.as_mut());
+                    self.halo.early.start(&self.populations, entered);
+                }
+                self.sweep_part(false, acceleration, solids, flow.as_mut());
+                self.halo.late.start(&self.populations, entered);
+            }
+        }
+        self.phase = entered;
+        flow
+    }
+
+    fn sweep_part<M: SolidModel>(
+        &mut self,
+        first: bool,
+        acceleration: [f64; 3],
+        solids: &mut BlockSolids<M>,
+        flow: Option<&mut Flow>,
+    ) {
+        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
+        let (pairs, walls) = (self.params.collision != Collision::Bgk, !self.walls.is_empty());
+        let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
+        match (M::PAIRS || pairs, walls) {
+            (true, true) => S::sweep::<M, true, true>(sweep),
+            (true, false) => S::sweep::<M, true, false>(sweep),
+            (false, true) => S::sweep::<M, false, true>(sweep),
+            (false, false) => S::sweep::<M, false, false>(sweep),
+        }
+    }
+
+    /// Completes a sweep: populations arrive from the neighbouring blocks, and walls send them back. Collective.
+    pub fn exchange(&mut self) {
+        match &mut self.device {
+            SweepDevice::Device(device) => {
+                device.exchange(&mut self.populations, &mut self.halo, self.phase);
+            }
+            SweepDevice::Host => {
+                self.halo.exchange(&mut self.populations, self.phase);
+                self.walls.bounce_late(self.phase, &mut self.populations);
+            }
+        }
+    }
+
+    /// Momentum and (moving, shifted) mass that left a cell of the block in the last sweep: `[p_x, p_y, p_z, m]`;
+    /// nothing leaves a cell in a wall.
+    pub fn departed(&self, [x, y, z]: [usize; 3]) -> [f64; 4] {
+        if self.walls.of([x, y, z]).is_some() {
+            return [0.0; 4];
+        }
+        let cell = self.layout.cell(x as isize, y as isize, z as isize);
+        let mut sum = [0.0; 4];
+        for i in 1..Q {
+            let g = self.populations[self.left(cell, i)].wide();
+            for axis in 0..3 {
+                sum[axis] += C[i][axis] as f64 * g;
+            }
+            sum[3] += g;
+        }
+        sum
+    }
+
+    /// [`departed`](Self::departed) of some cells; a device is asked for all at once.
+    pub(crate) fn departed_from(&mut self, cells: &[[usize; 3]]) -> Vec<[f64; 4]> {
+        let SweepDevice::Device(device) = &mut self.device else {
+            return cells.iter().map(|&cell| self.departed(cell)).collect();
+        };
+        let slot = |&[x, y, z]: &[usize; 3]| self.layout.cell(x as isize, y as isize, z as isize) as u64;
+        let slots: Vec<u64> = cells.iter().map(slot).collect();
+        let mut sums = device.departed(&mut self.populations, self.phase, &slots);
+        for (sum, _) in sums.iter_mut().zip(cells).filter(|(_, cell)| self.walls.of(**cell).is_some()) {
+            *sum = [0.0; 4];
+        }
+        sums
+    }
+}
