@@ -145,7 +145,7 @@ mod tests {
     use super::*;
 
     fn cube(diameters: usize) -> Domain {
-        Domain { periodic: [true; 3], cells: [diameters * 9; 3], dx: 1.0 / 9.0 }
+        Domain { faces: Domain::faces([true; 3]), cells: [diameters * 9; 3], dx: 1.0 / 9.0 }
     }
 
     const BALL: Ball = Ball { radius: 0.5, half_gap: 0.5 * DEFAULT_GAP };

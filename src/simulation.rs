@@ -188,7 +188,7 @@ impl FluidSystem {
         let driving = DrivingParams {
             units,
             volume: cells * (units.dx * units.dx * units.dx),
-            periodic: setup.domain.periodic,
+            periodic: setup.domain.periodic(),
             submerged_weight: setup.submerged_weight(),
             particle_volume: each().map(|t| t.shape.volume()).sum(),
             balance: of.force_balance,

@@ -39,7 +39,7 @@ impl Filled {
             let (lo, hi) = shape(body).bounds(&body.orientation());
             let inside = Vec3::from_fn(|axis, _| {
                 let edge = hi[axis] - lo[axis];
-                if domain.periodic[axis] { edge } else { edge.min(size[axis]) }
+                if domain.is_periodic(axis) { edge } else { edge.min(size[axis]) }
             });
             inside.product() * shape(body).as_polyhedron().map_or(CURVED, |body| body.faces.len() as f64)
         });
@@ -81,7 +81,7 @@ impl Filled {
         let counts = self.points.map(|n| n as i64);
         let [x, y, z] = std::array::from_fn(|axis| {
             let (first, last) = (first[axis], last[axis]);
-            if domain.periodic[axis] { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
+            if domain.is_periodic(axis) { first..=last } else { first.max(0)..=last.min(counts[axis] - 1) }
         });
         let wrapped = |axis: usize, n: i64| n.rem_euclid(counts[axis]);
         for z in z {

@@ -47,7 +47,7 @@ pub(super) fn fluid(
     let (units, relaxation_time) = time(lattice, domain.dx, viscosity, density);
     let (collision, coupling) = collision(document, lattice)?;
     let (body_acceleration, zero_net_flux) =
-        driven(document, driving, domain.periodic, || flux_is_known_to_vanish(domain, walls, gravity))?;
+        driven(document, driving, domain.periodic(), || flux_is_known_to_vanish(domain, walls, gravity))?;
     let scales = reference.scales(viscosity);
     let start = match section.start {
         FluidStart::Rest => None,
@@ -138,7 +138,7 @@ pub(super) fn lubrication(
 
 /// True if nothing but the controller keeps the fluid from falling or rising, and no wall drags it along.
 fn flux_is_known_to_vanish(domain: &Domain, walls: &[PlacedWall], gravity: Vec3) -> bool {
-    let closed = (0..3).any(|i| !domain.periodic[i] && gravity[i] != 0.0);
+    let closed = (0..3).any(|i| !domain.is_periodic(i) && gravity[i] != 0.0);
     let still = Vec3::zeros();
     let moves = |motion: &Motion| motion.velocity != still || motion.angular_velocity != still;
     !closed && !walls.iter().any(|placed| moves(&placed.wall.motion))

@@ -56,7 +56,7 @@ pub(super) fn domain(
         warnings.push(document.warning(key, &title, "in metres", &doubt));
     }
     let cells = exact.map(|cells| cells.round().max(1.0) as usize);
-    let domain = Domain { periodic: document.case.domain.periodic, cells, dx };
+    let domain = Domain { faces: Domain::faces(document.case.domain.periodic), cells, dx };
     if (0..3).any(|i| (exact[i] - cells[i] as f64).abs() > 1e-9 * exact[i]) {
         let used = domain.size();
         let (x, y, z) = (used.x, used.y, used.z);
@@ -128,7 +128,7 @@ pub(super) fn refuse_what_is_too_large(
             let (width, thickness) = (2.0 * shape.circumradius(), shape.thickness());
             for i in 0..3 {
                 let (edge, axis) = (used[i], ["x", "y", "z"][i]);
-                if domain.periodic[i] && width > 0.5 * edge * (1.0 + 1e-9) {
+                if domain.is_periodic(i) && width > 0.5 * edge * (1.0 + 1e-9) {
                     let half = 0.5 * edge;
                     let title = format!(
                         "a particle of {width} m is larger than half the box, {half:.6e} m in {axis}"
@@ -139,7 +139,7 @@ pub(super) fn refuse_what_is_too_large(
                     );
                     return Err(document.error_at(&places, &title, &remedy));
                 }
-                if !domain.periodic[i] && thickness > edge * (1.0 + 1e-9) {
+                if !domain.is_periodic(i) && thickness > edge * (1.0 + 1e-9) {
                     let title = format!(
                         "a particle {thickness:.6e} m thick does not fit between walls {edge:.6e} m apart in {axis}"
                     );
@@ -197,7 +197,7 @@ pub(super) fn refuse_double_contacts(
         return Ok(());
     };
     let (size, needed) = (domain.size(), 2.0 * (largest_free + other));
-    let Some(i) = (0..3).find(|&i| domain.periodic[i] && size[i] < needed) else {
+    let Some(i) = (0..3).find(|&i| domain.is_periodic(i) && size[i] < needed) else {
         return Ok(());
     };
     let (edge, axis) = (size[i], ["x", "y", "z"][i]);

@@ -102,7 +102,7 @@ impl Setup {
     /// True if the body acceleration drives the fluid along an axis.
     pub(super) fn drives(&self, axis: usize) -> bool {
         let fluid = self.fluid.as_ref();
-        self.domain.periodic[axis] && fluid.is_some_and(|fluid| fluid.body_acceleration[axis] != 0.0)
+        self.domain.is_periodic(axis) && fluid.is_some_and(|fluid| fluid.body_acceleration[axis] != 0.0)
     }
 
     /// Width (m) of the slit whose flow along an axis is at least as fast as that between the walls of the case.
@@ -250,7 +250,7 @@ impl Setup {
         let drop: f64 = (0..3)
             .filter(|&i| self.gravity[i] != 0.0)
             .map(|i| {
-                let way = if self.domain.periodic[i] { f64::INFINITY } else { self.domain.size()[i] };
+                let way = if self.domain.is_periodic(i) { f64::INFINITY } else { self.domain.size()[i] };
                 self.gravity[i].abs() * way
             })
             .sum();

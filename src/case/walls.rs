@@ -4,7 +4,7 @@ use super::checks::Document;
 use super::file::{FACES, WallSection};
 use super::materials::Materials;
 use crate::coupling::check_motion;
-use crate::domain::Domain;
+use crate::domain::{Domain, Face};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::{Motion, Surface, Wall};
@@ -99,7 +99,7 @@ impl Builder<'_> {
         for (n, name) in FACES.into_iter().enumerate() {
             let (axis, upper) = (n / 2, n % 2 == 1);
             let (key, face) = (format!("domain.faces.{name}"), self.document.case.domain.faces.get(name));
-            if self.domain.periodic[axis] {
+            if self.domain.faces[n] == Face::Periodic {
                 if face.is_some() {
                     let remedy = format!(
                         "close the direction by `periodic`, with false for {}, or remove the face",
@@ -114,7 +114,7 @@ impl Builder<'_> {
             middle[axis] = if upper { size[axis] } else { 0.0 };
             let (mut motion, mut material) = (Motion { pivot: middle, ..Motion::default() }, 0);
             if let Some(face) = face {
-                let open = (0..3).find(|&other| other != axis && self.domain.periodic[other]);
+                let open = (0..3).find(|&other| other != axis && self.domain.is_periodic(other));
                 if let (true, Some(open)) = (face.rotation != 0.0, open) {
                     let title = format!(
                         "the face \"{name}\" turns, but {} is periodic: its velocity would jump there",
@@ -207,7 +207,7 @@ impl Builder<'_> {
     /// Refuses a wall that is not the same on both sides of a periodic pair of faces, unless it is far from them.
     fn agrees_with_periodic_faces(&self, placed: &PlacedWall, reach: f64) -> Result<()> {
         let size = self.domain.size();
-        for axis in (0..3).filter(|&i| self.domain.periodic[i]) {
+        for axis in (0..3).filter(|&i| self.domain.is_periodic(i)) {
             let mut counts = [SAMPLES; 3];
             counts[axis] = 1;
             for index in grid(counts) {

@@ -71,7 +71,7 @@ mod tests {
     use super::super::vtk_reader::{piece as read, point_data as array};
     use super::*;
 
-    const BOX: Domain = Domain { periodic: [true, true, false], cells: [10, 10, 20], dx: 0.1 };
+    const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [10, 10, 20], dx: 0.1 };
 
     /// Two particles that touch across a periodic face, and one on the floor.
     fn example() -> ([Particle; 3], [ContactState; 2]) {

@@ -139,7 +139,7 @@ mod tests {
     fn a_path_goes_on_through_periodic_faces_and_only_the_first_particles_have_one() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particle_series.csv");
-        let domain = Domain { periodic: [true, true, false], cells: [10, 10, 10], dx: 0.1 };
+        let domain = Domain { faces: Domain::faces([true, true, false]), cells: [10, 10, 10], dx: 0.1 };
         let mut series = ParticleSeries::create(&path, domain).unwrap();
         let mut particles: Vec<Particle> = (0..20).map(|id| Particle::at(id, 0, Vec3::repeat(0.5))).collect();
         for step in 0..8_u64 {

@@ -192,7 +192,7 @@ mod tests {
     use crate::shape::{Cuboid, Sphere};
     use std::sync::Arc;
 
-    const BOX: Domain = Domain { periodic: [true; 3], cells: [10, 10, 20], dx: 0.1 };
+    const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [10, 10, 20], dx: 0.1 };
 
     fn points() -> ParticlePoints {
         let template = |shape| Template { shape, material: 0, density: 2.0 };

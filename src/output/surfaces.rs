@@ -164,7 +164,7 @@ mod tests {
     use std::sync::Arc;
     use vtkio::model::Attribute;
 
-    const BOX: Domain = Domain { periodic: [true; 3], cells: [10, 10, 20], dx: 0.1 };
+    const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [10, 10, 20], dx: 0.1 };
 
     fn templates() -> Vec<Template> {
         vec![Template { shape: Arc::new(Sphere { radius: 0.25 }), material: 0, density: 2.0 }]

@@ -163,7 +163,7 @@ mod tests {
     const TIME: f64 = 0.1 + 0.2;
 
     fn example(cells: [usize; 3]) -> (Domain, Fields) {
-        let domain = Domain { periodic: [true; 3], cells, dx: 0.1 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells, dx: 0.1 };
         let wave = |i: usize, k: f32| (i as f32 * k).sin();
         let all = 0..domain.cell_count();
         let fields = Fields {

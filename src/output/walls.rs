@@ -108,7 +108,7 @@ mod tests {
     use super::*;
     use crate::wall::Motion;
 
-    const BOX: Domain = Domain { periodic: [true, true, false], cells: [10, 20, 30], dx: 0.1 };
+    const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [10, 20, 30], dx: 0.1 };
 
     fn vector_area(polygons: &[Vec<Vec3>]) -> Vec3 {
         let one = |p: &Vec<Vec3>| -> Vec3 {

@@ -72,7 +72,7 @@ mod tests {
     #[test]
     fn in_a_long_box_a_position_has_no_more_near_it_than_in_a_cube() {
         let nearby = |cells: [usize; 3]| {
-            let domain = Domain { periodic: [true; 3], cells, dx: 1.0 };
+            let domain = Domain { faces: Domain::faces([true; 3]), cells, dx: 1.0 };
             let mut bins = Bins::new(&domain, 1.0, domain.cell_count());
             for n in 0..domain.cell_count() {
                 let [x, y, _] = cells;

@@ -137,7 +137,7 @@ fn refuse_another_box(before: &Setup, setup: &Setup) -> Result<()> {
         [
             ("`dry`", of["dry"].clone()),
             ("the number of cells", format!("{:?}", setup.domain.cells).into()),
-            ("`domain.periodic`", format!("{:?}", setup.domain.periodic).into()),
+            ("`domain.periodic`", format!("{:?}", setup.domain.periodic()).into()),
             ("the size of a cell (m)", of["dx"].clone()),
             ("`fluid.precision`", of["precision"].clone()),
             ("`fluid.density`", physics["fluid"]["density"].clone()),

@@ -217,7 +217,7 @@ impl Body {
     /// whose sections are `1 - t^2` of the largest at the part `t` of the half edge.
     fn spread(&self, domain: &Domain, axis: usize) -> impl Iterator<Item = (usize, f64)> {
         let (middle, half) = (self.middle[axis], self.half[axis]);
-        let (cells, periodic) = (domain.cells[axis] as i64, domain.periodic[axis]);
+        let (cells, periodic) = (domain.cells[axis] as i64, domain.is_periodic(axis));
         let below = move |x: f64| {
             let t = ((x - middle) / half).clamp(-1.0, 1.0);
             (2.0 + 3.0 * t - t * t * t) / 4.0

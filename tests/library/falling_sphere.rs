@@ -4,6 +4,7 @@ use crate::common::column;
 use crate::common::vtk::{point_data, polygons};
 use std::path::Path;
 use turbid::case::Setup;
+use turbid::domain::Domain;
 use turbid::math::Vec3;
 use turbid::output::OutputFiles;
 use turbid::output::directory::{CONTACTS, PARTICLES};
@@ -45,7 +46,7 @@ fn falling_sphere(root: &Path, change: impl FnOnce(&mut Setup)) -> serde_json::V
 
 /// Closes the box in z by a floor and a lid.
 fn close(setup: &mut Setup) {
-    setup.domain.periodic[2] = false;
+    setup.domain.faces = Domain::faces([true, true, false]);
     let size = setup.domain.size();
     for (name, point, normal) in [("z-", Vec3::zeros(), Vec3::z()), ("z+", size, -Vec3::z())] {
         setup.walls.push(Wall {

@@ -20,7 +20,7 @@ use turbid::wall::{Motion, Surface, Wall};
 const RADIUS: f64 = 0.5e-3;
 
 /// A periodic box of 16 diameters.
-const DOMAIN: Domain = Domain { periodic: [true; 3], cells: [32; 3], dx: RADIUS };
+const DOMAIN: Domain = Domain { faces: Domain::faces([true; 3]), cells: [32; 3], dx: RADIUS };
 
 fn contact(youngs_modulus: f64, restitution: f64, friction: f64) -> ContactModel {
     ContactModel {
@@ -278,7 +278,7 @@ fn elastic_contacts_have_the_force_of_hertz_away_from_each_other() {
 
 /// A closed box with walls on its z faces.
 fn tank(velocity: Vec3) -> (Domain, Vec<Wall>) {
-    let domain = Domain { periodic: [true, true, false], ..DOMAIN };
+    let domain = Domain { faces: Domain::faces([true, true, false]), ..DOMAIN };
     let wall = |name: &str, height: f64, up: f64, velocity| Wall {
         name: name.to_owned(),
         surface: Surface::Plane { point: Vec3::new(0.0, 0.0, height), normal: Vec3::z() * up },

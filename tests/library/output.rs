@@ -25,7 +25,7 @@ use turbid::wall::{Motion, Surface, Wall};
 const DIAMETER: f64 = 1.5e-3;
 const STOKES_VELOCITY: f64 = 0.32;
 const FRAMES: u64 = 3;
-const DOMAIN: Domain = Domain { periodic: [true; 3], cells: [64, 64, 80], dx: DIAMETER / 12.0 };
+const DOMAIN: Domain = Domain { faces: Domain::faces([true; 3]), cells: [64, 64, 80], dx: DIAMETER / 12.0 };
 
 /// Non-overlapping spheres of random velocities, some across periodic faces.
 fn particles(frame: u64) -> Vec<Particle> {
@@ -222,7 +222,8 @@ fn a_run_leaves_every_file_it_promises_under_its_final_name() {
     }
 }
 
-const TANK: Domain = Domain { periodic: [false, true, false], cells: [80, 60, 80], dx: DIAMETER / 12.0 };
+const TANK: Domain =
+    Domain { faces: Domain::faces([false, true, false]), cells: [80, 60, 80], dx: DIAMETER / 12.0 };
 
 /// One template of every kind of shape.
 fn mixture() -> Vec<Template> {

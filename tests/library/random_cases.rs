@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use std::fmt::Write;
 use turbid::case::{self, Setup};
 use turbid::comm::on_threads;
+use turbid::coupling::SolidOperator;
 use turbid::domain::Decomposition;
 use turbid::simulation::Simulation;
 
@@ -44,8 +45,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let precision = ["f16", "f32", "f64"].choose(random).unwrap();
     let tau = random.random_range(0.53..0.8);
     let collision = ["bgk", "trt"].choose(random).unwrap();
-    let coupling =
-        ["\"paper\"", "\"saturated\"", "\"saturated\"\nsolid_operator = \"sc2\""].choose(random).unwrap();
+    let operator = SolidOperator::ALL.choose(random).unwrap().name();
+    let saturated = format!("\"saturated\"\nsolid_operator = \"{operator}\"");
+    let coupling = if random.random_bool(0.3) { "\"paper\"" } else { &saturated };
     write!(
         text,
         "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\

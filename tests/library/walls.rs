@@ -2,7 +2,7 @@
 
 use turbid::case::{self, Setup};
 use turbid::comm::{Comm, on_threads};
-use turbid::domain::Decomposition;
+use turbid::domain::{Decomposition, Domain};
 use turbid::fluid::{Collision, Precision};
 use turbid::math::Vec3;
 use turbid::simulation::Simulation;
@@ -35,7 +35,7 @@ fn setup(speed: f64) -> Setup {
     let fluid = setup.fluid.as_mut().unwrap();
     fluid.zero_net_flux = [false; 3];
     fluid.collision = Collision::Trt { magic: 0.1875 };
-    setup.domain.periodic = [true, true, false];
+    setup.domain.faces = Domain::faces([true, true, false]);
     let wall = |name: &str, point, normal, velocity| Wall {
         name: name.into(),
         surface: Surface::Plane { point, normal },

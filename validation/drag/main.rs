@@ -161,7 +161,7 @@ fn measure(row: &Row) -> Outcome {
     let edge = (row.resolution * (PI / 6.0 / row.volume_fraction).cbrt()).round();
     let cells = edge as usize;
     let radius = 0.5 * edge * (6.0 * row.volume_fraction / PI).cbrt();
-    let domain = Domain { periodic: [true; 3], cells: [cells; 3], dx: 1.0 };
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: [cells; 3], dx: 1.0 };
     let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
     let decomposition = Decomposition::new(domain, 1).expect("one block");
     let shape = body(&row.body, edge.powi(3) * row.volume_fraction);

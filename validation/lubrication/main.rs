@@ -137,7 +137,8 @@ fn measure(row: &Row) -> Outcome {
     let middle = Vec3::repeat((cells / 2) as f64) + aside;
     let axis = if row.oblique { Vec3::new(0.48, -0.6, 0.64) } else { Vec3::z() };
     let across = axis.cross(&Vec3::x()).normalize();
-    let domain = Domain { periodic: [true, true, row.ratio.is_some()], cells: [cells; 3], dx: 1.0 };
+    let domain =
+        Domain { faces: Domain::faces([true, true, row.ratio.is_some()]), cells: [cells; 3], dx: 1.0 };
     let plane = |name: &str, z: f64, up: f64| Wall {
         name: name.into(),
         surface: Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::z() * up },

@@ -403,7 +403,7 @@ fn lattice_body(particle: &Particle, units: &Units) -> Body {
 fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
     std::array::from_fn(|a| {
         let (shift, cells) = (old.reference[a] - new.reference[a], domain.cells[a] as i64);
-        if domain.periodic[a] {
+        if domain.is_periodic(a) {
             shift - cells * (shift as f64 / cells as f64).round_ties_even() as i64
         } else {
             shift

@@ -10,18 +10,51 @@ pub use decomposition::Decomposition;
 pub(crate) use decomposition::around;
 pub use weights::Weights;
 
-/// A box of cubic cells, periodic in some directions and closed by walls in the others.
+/// Kind of a face of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Face {
+    /// What leaves here enters at the opposite face, which is periodic too.
+    Periodic,
+    /// A wall.
+    Wall,
+}
+
+/// A box of cubic cells, each of whose faces is of a kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain {
     /// Number of cells in each direction.
     pub cells: [usize; 3],
     /// Edge of a cell (m).
     pub dx: f64,
-    /// Periodic directions; in the others positions stay as they are and have no images.
-    pub periodic: [bool; 3],
+    /// Faces: the lower and the upper one in x, in y, in z.
+    pub faces: [Face; 6],
 }
 
 impl Domain {
+    /// Faces of a box that is periodic in some directions, with walls in the others.
+    pub const fn faces(periodic: [bool; 3]) -> [Face; 6] {
+        let mut faces = [Face::Wall; 6];
+        let mut n = 0;
+        while n < 6 {
+            if periodic[n / 2] {
+                faces[n] = Face::Periodic;
+            }
+            n += 1;
+        }
+        faces
+    }
+
+    /// Returns true if direction `axis` is periodic; in the others positions stay as they are and have no images.
+    #[inline]
+    pub const fn is_periodic(&self, axis: usize) -> bool {
+        matches!(self.faces[2 * axis], Face::Periodic)
+    }
+
+    /// Periodic directions.
+    pub fn periodic(&self) -> [bool; 3] {
+        [0, 1, 2].map(|axis| self.is_periodic(axis))
+    }
+
     /// Edges of the box (m).
     pub fn size(&self) -> Vec3 {
         Vec3::from_fn(|i, _| self.cells[i] as f64 * self.dx)
@@ -42,7 +75,7 @@ impl Domain {
         let size = self.size();
         Vec3::from_fn(|i, _| {
             let (x, length) = (position[i], size[i]);
-            if !self.periodic[i] {
+            if !self.is_periodic(i) {
                 return x;
             }
             let wrapped = x - length * (x / length).floor();
@@ -57,9 +90,9 @@ impl Domain {
         let size = self.size();
         Vec3::from_fn(|i, _| {
             let (d, length) = (difference[i], size[i]);
-            if self.periodic[i] && d > 0.5 * length {
+            if self.is_periodic(i) && d > 0.5 * length {
                 d - length
-            } else if self.periodic[i] && d < -0.5 * length {
+            } else if self.is_periodic(i) && d < -0.5 * length {
                 d + length
             } else {
                 d
@@ -70,7 +103,7 @@ impl Domain {
     /// The shorter of a distance (not negative) along axis `i` and its way round the back, where there is one.
     #[inline]
     pub fn shorter_way(&self, i: usize, distance: f64) -> f64 {
-        if self.periodic[i] { distance.min(self.cells[i] as f64 * self.dx - distance) } else { distance }
+        if self.is_periodic(i) { distance.min(self.cells[i] as f64 * self.dx - distance) } else { distance }
     }
 
     /// The cell that holds a wrapped position; the nearest one for a position beyond a wall.
@@ -111,7 +144,15 @@ impl Block {
 mod tests {
     use super::*;
 
-    const BOX: Domain = Domain { periodic: [true; 3], cells: [21, 34, 47], dx: 0.5 };
+    const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [21, 34, 47], dx: 0.5 };
+
+    #[test]
+    fn a_direction_is_periodic_if_its_faces_are() {
+        let open = Domain { faces: Domain::faces([true, false, true]), ..BOX };
+        let (periodic, wall) = (Face::Periodic, Face::Wall);
+        assert_eq!(open.faces, [periodic, periodic, wall, wall, periodic, periodic]);
+        assert_eq!(open.periodic(), [true, false, true]);
+    }
 
     #[test]
     fn a_position_on_the_edge_of_the_box_has_exactly_one_image_inside() {

@@ -197,7 +197,7 @@ impl<S: Population> Fluid<S> {
                 Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
             },
             params: *params,
-            wrap_x: decomposition.grid[0] == 1 && domain.periodic[0],
+            wrap_x: decomposition.grid[0] == 1 && domain.is_periodic(0),
             domain: *domain,
             layout,
         };
@@ -222,7 +222,7 @@ impl<S: Population> Fluid<S> {
             let (slot, mut at, mut beyond) = (self.layout.cell(x, y, z), [x, y, z], false);
             for a in 0..3 {
                 at[a] += lo[a] as isize;
-                beyond |= !self.domain.periodic[a] && !(0..cells[a]).contains(&at[a]);
+                beyond |= !self.domain.is_periodic(a) && !(0..cells[a]).contains(&at[a]);
             }
             let at = std::array::from_fn(|a| at[a].rem_euclid(cells[a]) as usize);
             let inside = x >= 0 && x < nx && y >= 0 && y < ny && z >= 0 && z < nz;

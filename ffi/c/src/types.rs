@@ -131,7 +131,7 @@ impl Info {
             gravity: setup.gravity.into(),
             fluid_density: setup.fluid_density(),
             fluid_viscosity: setup.fluid.as_ref().map_or(0.0, |fluid| fluid.viscosity),
-            periodic: setup.domain.periodic.map(i32::from),
+            periodic: setup.domain.periodic().map(i32::from),
         }
     }
 }

@@ -134,7 +134,7 @@ impl External {
             }
         }
         Ok(SetUp {
-            domain: BoxSection { size: domain.size().into(), periodic: domain.periodic },
+            domain: BoxSection { size: domain.size().into(), periodic: domain.periodic() },
             gravity: self.params.gravity.into(),
             templates,
             contact: self.params.contact.as_ref().map(ContactSection::of),

@@ -201,7 +201,7 @@ impl Session {
 
     #[getter]
     fn periodic(&self) -> [bool; 3] {
-        self.0.setup().domain.periodic
+        self.0.setup().domain.periodic()
     }
 
     #[getter]

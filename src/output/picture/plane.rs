@@ -85,7 +85,7 @@ impl Plane {
         let slope = |component: usize, axis: usize, at: [usize; 2]| {
             let along = usize::from(axis == self.up);
             let (cells, here) = (n[axis], at[along]);
-            let (before, after) = if self.domain.periodic[axis] {
+            let (before, after) = if self.domain.is_periodic(axis) {
                 ((here + cells - 1) % cells, (here + 1) % cells)
             } else {
                 (here.saturating_sub(1), (here + 1).min(cells - 1))
@@ -95,7 +95,7 @@ impl Plane {
                 at[along] = place;
                 f64::from(flow[at[0] + width * at[1]][component])
             };
-            let steps = if self.domain.periodic[axis] { 2 } else { (after - before).max(1) };
+            let steps = if self.domain.is_periodic(axis) { 2 } else { (after - before).max(1) };
             (value(after) - value(before)) / (steps as f64 * self.domain.dx)
         };
         let (a, b) = ((self.normal + 1) % 3, (self.normal + 2) % 3);
@@ -120,7 +120,7 @@ impl Plane {
 mod tests {
     use super::*;
 
-    const BOX: Domain = Domain { periodic: [true; 3], cells: [20, 11, 40], dx: 0.1 };
+    const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [20, 11, 40], dx: 0.1 };
 
     #[test]
     fn gravity_along_another_axis_turns_the_plane() {
@@ -135,7 +135,7 @@ mod tests {
     fn between_a_closed_face_and_the_cell_beside_it_the_velocity_is_that_of_the_cell() {
         let flow: Vec<[f32; 4]> = (0..800).map(|place| [(place / 20) as f32, 0.0, 0.0, 0.0]).collect();
         for (closed, expected) in [(true, [39.0, 0.0]), (false, [29.25, 9.75])] {
-            let domain = Domain { periodic: [true, true, !closed], ..BOX };
+            let domain = Domain { faces: Domain::faces([true, true, !closed]), ..BOX };
             let plane = Plane::new(&domain, Vec3::zeros(), None);
             // Two pixels per cell.
             let flow: Vec<f32> = flow.iter().map(|u| u[0]).collect();
@@ -163,7 +163,7 @@ mod tests {
 
     #[test]
     fn the_vorticity_of_a_rigid_rotation_is_twice_its_rate_and_that_of_a_shear_its_rate() {
-        let closed = Domain { periodic: [false; 3], ..BOX };
+        let closed = Domain { faces: Domain::faces([false; 3]), ..BOX };
         for normal in 0..3 {
             let plane = Plane::new(&closed, -Vec3::z(), Some((normal, None)));
             let (rotation, mut flow) = (Vec3::ith(normal, 1.5), vec![[0.0; 4]; plane.values()]);
@@ -212,7 +212,7 @@ mod tests {
         for (y, radius, cut) in [(0.25, 0.31, true), (0.25, 0.29, false), (1.35, 0.31, true)] {
             assert_eq!(plane.cuts(Vec3::new(0.1, y, 9.0), radius), cut, "{y} {radius}");
         }
-        let closed = Domain { periodic: [true, false, true], ..BOX };
+        let closed = Domain { faces: Domain::faces([true, false, true]), ..BOX };
         let plane = Plane::new(&closed, Vec3::zeros(), None);
         assert!(!plane.cuts(Vec3::new(0.1, 1.35, 9.0), 0.31));
     }

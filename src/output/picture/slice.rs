@@ -111,7 +111,7 @@ mod tests {
     use std::sync::Arc;
     use turbid_plot::Colours;
 
-    const BOX: Domain = Domain { periodic: [true; 3], cells: [20, 11, 40], dx: 0.1 };
+    const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [20, 11, 40], dx: 0.1 };
 
     /// Speed grows with z from 0 at the bottom to 1 at the top.
     fn values() -> Vec<f32> {
@@ -206,7 +206,7 @@ mod tests {
     #[test]
     fn a_fluid_at_rest_and_flat_or_tall_boxes_make_pictures() {
         for cells in [[64, 2, 4], [4, 2, 64], [4, 4, 4]] {
-            let domain = Domain { periodic: [true; 3], cells, dx: 1e-3 };
+            let domain = Domain { faces: Domain::faces([true; 3]), cells, dx: 1e-3 };
             let snapshot = Snapshot {
                 case: "rest",
                 time: 12.3,

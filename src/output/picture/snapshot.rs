@@ -44,7 +44,7 @@ impl Snapshot<'_> {
     pub(super) fn images(&self, position: Vec3, reach: f64, axes: &[usize]) -> Vec<Vec3> {
         let size = self.domain.size();
         let mut images = vec![self.domain.wrap(position)];
-        for &axis in axes.iter().filter(|&&axis| self.domain.periodic[axis]) {
+        for &axis in axes.iter().filter(|&&axis| self.domain.is_periodic(axis)) {
             for image in std::mem::take(&mut images) {
                 images.extend([-1.0, 0.0, 1.0].map(|turn| image + Vec3::ith(axis, turn * size[axis])));
             }
@@ -56,7 +56,7 @@ impl Snapshot<'_> {
     /// The page with a finished image of a plane on it, with a caption.
     pub(super) fn figure(&self, plane: &Plane, image: Image, caption: &str, scale: &Scale) -> Figure {
         let label = |axis: usize| format!("{} / D", AXES[axis]);
-        let closed = |axis: usize| !plane.domain.periodic[axis];
+        let closed = |axis: usize| !plane.domain.is_periodic(axis);
         let picture = Picture {
             title: self.case.to_string(),
             caption: format!("{caption}     {}", self.time_text()),
@@ -110,7 +110,7 @@ impl Plane {
             let place = (f64::from(pixel) + 0.5) / f64::from(pixels) * cells as f64 - 0.5;
             let first = place.floor();
             let index = |cell: f64| {
-                if self.domain.periodic[axis] {
+                if self.domain.is_periodic(axis) {
                     (cell as isize).rem_euclid(cells as isize) as usize
                 } else {
                     (cell.max(0.0) as usize).min(cells - 1)

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 fn cube(edge: usize) -> Domain {
-    Domain { periodic: [true; 3], cells: [edge; 3], dx: 1.0 }
+    Domain { faces: Domain::faces([true; 3]), cells: [edge; 3], dx: 1.0 }
 }
 
 /// Bodies of the volume of a sphere of diameter 1, packed and turned at random, not yet mixed; they keep a gap.
@@ -178,7 +178,7 @@ fn two_slabs_lie_as_if_thrown_until_they_do_not_overlap() {
 
 #[test]
 fn bodies_keep_their_gap_and_stay_between_walls() {
-    let domain = Domain { periodic: [true, true, false], ..cube(7) };
+    let domain = Domain { faces: Domain::faces([true, true, false]), ..cube(7) };
     let walls = [(0.0, 1.0), (7.0, -1.0)]
         .map(|(z, up)| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::new(0.0, 0.0, up) });
     let ellipsoid = Arc::new(Ellipsoid::new(Vec3::new(0.8, 0.4, 0.390_625)).unwrap());

@@ -6,7 +6,7 @@ use std::sync::Arc;
 const GAP: f64 = 0.03;
 
 fn domain(cells: usize) -> Domain {
-    Domain { periodic: [true; 3], cells: [cells; 3], dx: 0.1 }
+    Domain { faces: Domain::faces([true; 3]), cells: [cells; 3], dx: 0.1 }
 }
 
 /// Bodies of equal volume (that of a sphere of diameter 1) at a volume fraction, not yet relaxed.
@@ -52,7 +52,7 @@ fn cubes_at_a_volume_fraction_of_three_tenths_come_apart() {
 #[test]
 fn slabs_between_walls_stay_inside() {
     let shape: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::new(1.2, 1.0, 0.4)).unwrap());
-    let domain = Domain { periodic: [true, true, false], ..domain(40) };
+    let domain = Domain { faces: Domain::faces([true, true, false]), ..domain(40) };
     let walls = [(0.0, 1.0), (4.0, -1.0)]
         .map(|(z, up)| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::new(0.0, 0.0, up) });
     let (contours, mut poses) = thrown(&domain, shape.clone(), 0.2);
@@ -130,7 +130,7 @@ fn no_point_of_a_body_moves_further_than_its_limit() {
 #[test]
 fn an_ellipsoid_that_dips_into_a_wall_by_less_than_samples_see_is_lifted_out() {
     let shape: Arc<dyn Shape> = Arc::new(crate::shape::Ellipsoid::new(Vec3::new(0.6, 0.5, 0.4)).unwrap());
-    let domain = Domain { periodic: [true, true, false], ..domain(40) };
+    let domain = Domain { faces: Domain::faces([true, true, false]), ..domain(40) };
     let walls = [Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() }];
     let contours = [GrownShape::new(shape.clone(), 0.0)];
     for depth in [1e-3, 1e-6, 1e-9] {

@@ -23,7 +23,7 @@ pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
 /// Returns true if a settling velocity can become steady: the box has no end in its direction.
 pub(in crate::simulation) fn settles_for_ever(setup: &Setup) -> bool {
     settling_direction(setup)
-        .is_some_and(|down| (0..3).all(|axis| setup.domain.periodic[axis] || down[axis] == 0.0))
+        .is_some_and(|down| (0..3).all(|axis| setup.domain.is_periodic(axis) || down[axis] == 0.0))
 }
 
 /// Stokes velocity (m/s); 0 without a fluid.
@@ -161,7 +161,7 @@ fn of_particle(setup: &Setup, particle: &Particle, start: Option<&impl Fn(Vec3) 
     let spin = particle.orientation().inverse() * particle.angular_velocity();
     // Where the box is periodic a height means nothing.
     let fall = Vec3::from_fn(|axis, _| {
-        let closed = !setup.domain.periodic[axis];
+        let closed = !setup.domain.is_periodic(axis);
         if closed { setup.gravity[axis] } else { 0.0 }
     });
     let translation = 0.5 * template.mass() * velocity.norm_squared();

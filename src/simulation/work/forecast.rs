@@ -173,7 +173,8 @@ impl Work<'_> {
         let place = cut.grid_index(rank);
         for d in &C[1..] {
             let to: [isize; 3] = std::array::from_fn(|a| place[a] as isize + d[a]);
-            let open = (0..3).all(|a| cut.domain.periodic[a] || (0..cut.grid[a] as isize).contains(&to[a]));
+            let open =
+                (0..3).all(|a| cut.domain.is_periodic(a) || (0..cut.grid[a] as isize).contains(&to[a]));
             if !open || (cut.grid[0] == 1 && d[1] == 0 && d[2] == 0) {
                 continue;
             }

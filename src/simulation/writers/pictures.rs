@@ -295,7 +295,7 @@ fn expected(setup: &Setup) -> f64 {
         .map(|p| p.velocity().norm().max(setup.prescribed_speed(p.template as usize)));
     let (settling, driven) = if let Some(fluid) = &setup.fluid {
         // Poiseuille's flow in the narrowest closed direction, unless it has no time to develop.
-        let width = (0..3).filter(|&i| !setup.domain.periodic[i]).map(|i| size[i]);
+        let width = (0..3).filter(|&i| !setup.domain.is_periodic(i)).map(|i| size[i]);
         let width = width.fold(f64::INFINITY, f64::min);
         let time = setup.end_time().min(width * width / (8.0 * fluid.viscosity));
         let settling = fluid.scales.schiller_naumann_velocity;

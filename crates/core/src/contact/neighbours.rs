@@ -82,7 +82,7 @@ mod tests {
     /// Bodies that drift through a periodic box in which some pairs always meet.
     #[test]
     fn no_pair_that_meets_is_missing_while_bodies_move_and_most_steps_search_nothing() {
-        let domain = Domain { periodic: [true, true, false], cells: [20, 21, 22], dx: 0.1 };
+        let domain = Domain { faces: Domain::faces([true, true, false]), cells: [20, 21, 22], dx: 0.1 };
         let size = domain.size();
         let mut random = random(5);
         let mut part = || random.random_range(0.0..1.0);
@@ -113,7 +113,7 @@ mod tests {
 
     #[test]
     fn another_number_of_bodies_or_another_radius_makes_a_new_list() {
-        let domain = Domain { periodic: [true; 3], cells: [20; 3], dx: 0.1 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [20; 3], dx: 0.1 };
         let positions = [Vec3::repeat(0.5), Vec3::new(0.5, 0.5, 0.9), Vec3::new(0.5, 0.5, 1.9)];
         let mut list = NeighbourList::new(PairFinder::new(domain));
         let mut pairs = |positions: &[Vec3], radii: &[f64]| {

@@ -219,7 +219,7 @@ mod tests {
             cells in [1_usize..12, 1..12, 1..12],
             bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.05..1.5_f64), 0..80),
         ) {
-            let domain = Domain { periodic: [true; 3], cells, dx: 1.0 };
+            let domain = Domain { faces: Domain::faces([true; 3]), cells, dx: 1.0 };
             let size = domain.size();
             let positions: Vec<Vec3> = bodies.iter().map(|(x, _)| domain.wrap(Vec3::from(*x).component_mul(&size))).collect();
             let radii: Vec<f64> = bodies.iter().map(|&(_, r)| r).collect();
@@ -235,7 +235,7 @@ mod tests {
             extent in [1.0..25.0_f64, 1.0..25.0, 1.0..25.0],
             bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.2..1.5_f64), 0..80),
         ) {
-            let domain = Domain { periodic: [true; 3], cells: [20, 21, 22], dx: 1.0 };
+            let domain = Domain { faces: Domain::faces([true; 3]), cells: [20, 21, 22], dx: 1.0 };
             let (lo, extent) = (Vec3::from(lo), Vec3::from(extent));
             let positions: Vec<Vec3> =
                 bodies.iter().map(|(x, _)| domain.wrap(lo + Vec3::from(*x).component_mul(&extent))).collect();
@@ -248,7 +248,7 @@ mod tests {
     #[test]
     fn bodies_on_a_lattice_of_spacing_equal_to_the_reach_all_find_each_other() {
         // Rounding decides which cell holds a body that lies on an edge between cells; no pair may be lost.
-        let domain = Domain { periodic: [true; 3], cells: [7, 5, 3], dx: 0.1 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [7, 5, 3], dx: 0.1 };
         let mut positions = Vec::new();
         for n in 0..7 * 5 * 3 {
             let cell = Vec3::new(f64::from(n % 7), f64::from(n / 7 % 5), f64::from(n / 35));

@@ -15,7 +15,7 @@ const RADIUS: f64 = 6.0;
 /// The force on the first of some spheres that turn about axes along z with surfaces of this speed, over
 /// `6 pi rho nu R u`, and the largest deviation of the density from its mean.
 fn turning(solids: Method, relaxation_time: f64, speed: f64, centres: &[Vec3], steps: usize) -> (Vec3, f64) {
-    let domain = Domain { periodic: [true; 3], cells: [32, 28, 20], dx: 1.0 };
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: [32, 28, 20], dx: 1.0 };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let params = FluidParams { relaxation_time, ..fluid_for(solids) };
     let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();

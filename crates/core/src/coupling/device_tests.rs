@@ -136,7 +136,7 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
 
 /// Nine steps of the scene, on the processor or on a device.
 fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&Device>) -> Outcome {
-    let domain = Domain { periodic: scene.periodic, cells: scene.cells, dx: UNITS.dx };
+    let domain = Domain { faces: Domain::faces(scene.periodic), cells: scene.cells, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
     let surfaces: Vec<Wall> = if scene.periodic[2] { Vec::new() } else { walls(&domain) };
     let lattice_walls = LatticeWalls::new(&surfaces, &UNITS);
@@ -210,7 +210,8 @@ fn a_step_transfers_nothing_for_a_cell() {
     let Some(device) = device() else { return };
     let transferred = |cells| {
         let scene = Scene { cells, ..SCENES[1] };
-        let decomposition = Decomposition::solo(Domain { periodic: PERIODIC, cells, dx: UNITS.dx });
+        let decomposition =
+            Decomposition::solo(Domain { faces: Domain::faces(PERIODIC), cells, dx: UNITS.dx });
         let (comm, method) = (Comm::Solo, scene.method());
         let mut fluid =
             AnyFluid::new(Precision::F32, &decomposition, &comm, &fluid_for(method), &Boundary::none())
@@ -238,7 +239,7 @@ fn a_step_moves_at_most_165_bytes_a_cell_at_a_volume_fraction_of_0_3() {
     // Spheres of 18 cells, 20.5 cells apart on a cubic grid, which would be 0.354.
     let (counts, spacing, diameter) = ([4, 3, 2], 20.5, 18.0);
     let cells = counts.map(|n| libm::ceil(f64::from(n) * spacing) as usize);
-    let decomposition = Decomposition::solo(Domain { periodic: PERIODIC, cells, dx: UNITS.dx });
+    let decomposition = Decomposition::solo(Domain { faces: Domain::faces(PERIODIC), cells, dx: UNITS.dx });
     let method = saturated(SolidOperator::Sc3);
     let mut fluid =
         AnyFluid::new(Precision::F32, &decomposition, &Comm::Solo, &fluid_for(method), &Boundary::none())

@@ -115,7 +115,7 @@ impl Mapper {
         });
         // Of each axis, the images that reach into the block.
         let along = |a: usize| {
-            (-1..=1).filter(move |shift| *shift == 0 || domain.periodic[a]).filter_map(move |shift| {
+            (-1..=1).filter(move |shift| *shift == 0 || domain.is_periodic(a)).filter_map(move |shift| {
                 let base = reference[a] + shift * domain.cells[a] as i64 - block.lo[a] as i64;
                 let size = (block.hi[a] - block.lo[a]) as i64;
                 let offsets = first[a].max(-base)..=last[a].min(size - 1 - base);

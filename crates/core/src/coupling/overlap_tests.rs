@@ -12,7 +12,7 @@ const RADIUS: f64 = 4.0;
 
 /// Force on each of some spheres at rest in a driven fluid, on blocks of this grid.
 fn forces(solids: Method, centres: &[Vec3], grid: [usize; 3]) -> Vec<Vec3> {
-    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: 1.0 };
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: 1.0 };
     let decomposition = Decomposition::with_grid(domain, grid);
     let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
     let particles: Vec<Particle> =

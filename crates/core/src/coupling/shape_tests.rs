@@ -77,7 +77,7 @@ fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, method:
 fn room(shape: &dyn Shape) -> Domain {
     let dx = shape.equivalent_diameter() / RESOLUTION;
     let cells = (2.0 * shape.circumradius() / dx).ceil() as usize + 4;
-    Domain { periodic: [true; 3], cells: [cells; 3], dx }
+    Domain { faces: Domain::faces([true; 3]), cells: [cells; 3], dx }
 }
 
 fn random_pose(domain: &Domain, random: &mut ChaCha8Rng) -> Particle {

@@ -20,7 +20,7 @@ fn three() -> [Particle; 3] {
 
 /// The sums after some steps, each of which gets beforehand what it will measure.
 fn measured<S: Population>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
-    let domain = Domain { periodic: [true, true, false], cells: CELLS, dx: UNITS.dx };
+    let domain = Domain { faces: Domain::faces([true, true, false]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
@@ -67,7 +67,8 @@ fn the_moments_are_those_of_the_force_in_every_cell_about_the_centre() {
     let strain = [[1e-3, 2e-4, 3e-4], [2e-4, -5e-4, 4e-4], [3e-4, 4e-4, -5e-4]];
     let (centre, radius) = (Vec3::new(1.51, 1.18, 1.73), 0.7);
     let decomposition =
-        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, 1).unwrap();
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx }, 1)
+            .unwrap();
     let particle = Particle::at(0, 0, centre);
     let store = store(&decomposition, 0, &[particle], radius);
     let params = fluid_for(HOMOGENISED);

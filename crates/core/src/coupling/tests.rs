@@ -79,7 +79,8 @@ fn loads_after<S: Population>(
     flow: impl Fn([usize; 3]) -> (f64, [f64; 3]) + Sync,
 ) -> Vec<Load> {
     let decomposition =
-        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, ranks).unwrap();
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx }, ranks)
+            .unwrap();
     let mut all: Vec<(u64, Load)> = on_threads(ranks, |comm| {
         let store = store(&decomposition, comm.rank(), particles, radius);
         let mut fluid =
@@ -144,7 +145,7 @@ fn a_sphere_thrown_into_fluid_at_rest_feels_added_mass_and_history_but_not_the_f
     let speed = 1e-3;
     let mut sphere = Particle::at(0, 0, Vec3::new(1.43, 1.21, 1.7));
     sphere.velocity = [0.0, 0.0, speed * UNITS.velocity()];
-    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     for solids in COUPLINGS {
         let store = store(&decomposition, 0, &[sphere], radius);
@@ -181,7 +182,7 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
     };
     let inside = Vec3::new(1.43, 1.21, 1.7);
     let load = |solids: Method, shift: [usize; 3], ranks: usize| {
-        let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx };
         let moved = domain.wrap(inside + Vec3::from(shift.map(|n| n as f64 * UNITS.dx)));
         let mut sphere = Particle::at(0, 0, moved);
         (sphere.velocity, sphere.angular_velocity) = ([0.1, 0.05, -0.2], [0.3, -0.2, 0.1]);
@@ -212,7 +213,8 @@ fn a_sphere_moved_by_whole_cells_across_faces_edges_and_corners_feels_the_same_f
 #[test]
 fn the_solid_volume_on_the_lattice_is_that_of_the_particles() {
     let decomposition =
-        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, 1).unwrap();
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx }, 1)
+            .unwrap();
     let spheres = [Vec3::new(0.01, 0.0, 3.4), Vec3::new(1.7, 1.2, 1.55)];
     let particles: Vec<Particle> =
         spheres.iter().enumerate().map(|(i, &x)| Particle::at(i as u64, 0, x)).collect();
@@ -234,7 +236,7 @@ fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle
         for segment in coupling.segments.row(line) {
             for x in segment.x..segment.end() {
                 let cell = [x as usize, line % CELLS[1], line / CELLS[1]];
-                let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
+                let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx };
                 let centre = Vec3::from(cell.map(|c| (c as f64 + 0.5) * UNITS.dx));
                 let r = domain.nearest_image(centre - particle.position()) / UNITS.dx;
                 let u = (particle.velocity() / UNITS.velocity())
@@ -260,7 +262,7 @@ fn force_over_links(fluid: &Fluid<f64>, coupling: &Coupling, particle: &Particle
 /// Largest difference between loads and the sum over links, force and torque, over a run of a moving sphere across a
 /// corner of the box: half a cell in all, so that cells come and go.
 fn difference_from_links(simd: Simd, angular_velocity: [f64; 3]) -> [f64; 2] {
-    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &bgk(simd), &Boundary::none()).unwrap();
     let mut coupling = Coupling::new(coupled(HOMOGENISED), &decomposition, 0, 0.6);
@@ -299,7 +301,8 @@ fn momentum_exchange_of_a_moving_sphere_agrees_with_the_sum_over_links() {
 #[test]
 fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
     let decomposition =
-        Decomposition::new(Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx }, 1).unwrap();
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx }, 1)
+            .unwrap();
     let store = store(&decomposition, 0, &[Particle::at(0, 0, Vec3::new(1.0, 1.0, 1.0))], 0.5);
     let (gravity, acceleration) = (Vec3::new(0.0, 0.0, -10.0), Vec3::new(0.0, 0.5, 3.0));
     for (force_balance, share) in [(ForceBalance::Mixture, 1.0), (ForceBalance::FluidOnly, 0.0)] {
@@ -315,7 +318,7 @@ fn the_buoyancy_and_the_mean_gradient_are_part_of_the_load() {
 /// A sphere that a jolt sets off in a flow that turns and is driven: what is left over in the balance of momentum of
 /// particle and fluid over all steps (lattice units), and the force of the last step.
 fn left_over(solids: Method) -> [f64; 2] {
-    let domain = Domain { periodic: [true; 3], cells: CELLS, dx: UNITS.dx };
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::new(domain, 1).unwrap();
     let mut fluid =
         Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(solids), &Boundary::none()).unwrap();

@@ -40,7 +40,7 @@ fn run<S: Population>(
     acceleration: [f64; 3],
     density: f64,
 ) -> Outcome {
-    let domain = Domain { periodic: [true, true, false], cells: CELLS, dx: UNITS.dx };
+    let domain = Domain { faces: Domain::faces([true, true, false]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {

@@ -108,7 +108,7 @@ impl GhostLayer {
         let reach = self.reach[template as usize];
         let owner = cut.grid_index(self.owner(position));
         cut.ranks_in(std::array::from_fn(|axis| {
-            around(owner[axis], cut.grid[axis], cut.domain.periodic[axis], |p| {
+            around(owner[axis], cut.grid[axis], cut.domain.is_periodic(axis), |p| {
                 self.is_near(axis, position[axis], slab(cut, axis, p), reach)
             })
         }))
@@ -186,7 +186,7 @@ mod tests {
                 let mut at = 0;
                 std::iter::once(0).chain(widths.into_iter().map(|w| { at += w; at })).collect::<Vec<_>>()
             });
-            let domain = Domain { periodic, cells: [0, 1, 2].map(|i| cuts[i][cuts[i].len() - 1]), dx: 0.7 };
+            let domain = Domain { faces: Domain::faces(periodic), cells: [0, 1, 2].map(|i| cuts[i][cuts[i].len() - 1]), dx: 0.7 };
             let cut = Decomposition::with_cuts(domain, cuts);
             let all: Vec<_> =
                 (0..cut.ranks()).map(|rank| GhostLayer::new(cut.clone(), rank, &radii)).collect();
@@ -217,7 +217,7 @@ mod tests {
 
     #[test]
     fn an_owner_knows_both_bodies_of_every_pair_that_touches() {
-        let domain = Domain { periodic: [true, true, false], cells: [16, 12, 20], dx: 0.5 };
+        let domain = Domain { faces: Domain::faces([true, true, false]), cells: [16, 12, 20], dx: 0.5 };
         let radii = [0.95, 0.35];
         let cut = Decomposition::new(domain, 12).unwrap();
         let near = GhostLayer::new(cut.clone(), 0, &radii);
@@ -235,7 +235,7 @@ mod tests {
 
     #[test]
     fn owners_know_their_particles_and_all_who_know_one_are_peers_of_its_owner() {
-        let domain = Domain { periodic: [true; 3], cells: [16, 12, 20], dx: 0.5 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [16, 12, 20], dx: 0.5 };
         let uneven = Decomposition::with_cuts(domain, [vec![0, 4, 16], vec![0, 8, 12], vec![0, 4, 9, 20]]);
         let equal = [1, 2, 3, 4, 6, 8, 12].map(|ranks| Decomposition::new(domain, ranks).unwrap());
         for cut in equal.into_iter().chain([uneven]) {

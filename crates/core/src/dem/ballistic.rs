@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_particle_flies_straight_on_through_faces_and_ranks_and_its_load_is_remembered_on_4_ranks() {
-        let domain = Domain { periodic: [true; 3], cells: [8, 8, 8], dx: 1.0 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [8, 8, 8], dx: 1.0 };
         let templates: Arc<[Template]> =
             Arc::new([Template { shape: Arc::new(Sphere { radius: 1.0 }), material: 0, density: 1.0 }]);
         let mut flying = Particle::at(0, 0, Vec3::new(7.5, 1.0, 2.0));
@@ -152,7 +152,7 @@ mod tests {
 
     #[test]
     fn what_was_saved_on_2_ranks_goes_on_on_1_and_3_ranks_with_its_loads() {
-        let domain = Domain { periodic: [true; 3], cells: [12, 8, 8], dx: 1.0 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [12, 8, 8], dx: 1.0 };
         let templates: Arc<[Template]> =
             Arc::new([Template { shape: Arc::new(Sphere { radius: 1.0 }), material: 0, density: 1.0 }]);
         let all: Vec<Particle> = (0..9_u64)

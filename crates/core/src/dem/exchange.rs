@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn every_rank_knows_what_it_must_and_loads_travel_with_their_particles_on_1_to_8_ranks() {
-        let domain = Domain { periodic: [true; 3], cells: [16, 16, 16], dx: 0.25 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [16, 16, 16], dx: 0.25 };
         let templates: Arc<[Template]> =
             Arc::new([Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]);
         let all: Vec<Particle> = (0..60_u32)
@@ -205,7 +205,7 @@ mod tests {
         let length = cut.domain.size()[axis];
         let below = |x: f64| f64::from_bits(x.to_bits() - 1);
         let mut places = vec![0.0, below(length)];
-        if cut.domain.periodic[axis] {
+        if cut.domain.is_periodic(axis) {
             places.extend([-1e-25, length]);
         } else {
             places.push(length);
@@ -222,7 +222,7 @@ mod tests {
         let templates: Arc<[Template]> =
             Arc::new([Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]);
         for periodic in [[true; 3], [false; 3], [true, false, true]] {
-            let domain = Domain { periodic, cells: [16, 17, 18], dx: 0.1 };
+            let domain = Domain { faces: Domain::faces(periodic), cells: [16, 17, 18], dx: 0.1 };
             let equal = Decomposition::with_grid(domain, [2, 2, 3]);
             let uneven =
                 Decomposition::with_cuts(domain, [vec![0, 5, 16], vec![0, 13, 17], vec![0, 4, 9, 18]]);

@@ -264,11 +264,11 @@ fn evaluating_rank_of(record: &Record, near: &GhostLayer, local: &LocalParticles
 /// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
 pub fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     const FACES: [[&str; 2]; 3] = [["x-", "x+"], ["y-", "y+"], ["z-", "z+"]];
-    if domain.periodic == [true; 3] {
+    if domain.periodic() == [true; 3] {
         return None;
     }
     let size = domain.size();
-    (0..3).filter(|&i| !domain.periodic[i]).find_map(|i| {
+    (0..3).filter(|&i| !domain.is_periodic(i)).find_map(|i| {
         if position[i] < 0.0 {
             Some(FACES[i][0])
         } else if position[i] > size[i] {
@@ -292,7 +292,7 @@ fn check_images(decomposition: &Decomposition, all: &[Particle], bounds: &[f64])
     }
     let domain = &decomposition.domain;
     let size = domain.size();
-    let round = (0..3).filter(|&i| domain.periodic[i]);
+    let round = (0..3).filter(|&i| domain.is_periodic(i));
     let edge = round.map(|i| size[i]).fold(f64::INFINITY, f64::min);
     let needed = 2.0 * (largest + second);
     if all.len() > 1 && edge < needed {

@@ -285,7 +285,7 @@ impl Case {
 mod tests {
     use super::*;
 
-    const BOX: Domain = Domain { periodic: [true, true, false], cells: [8, 8, 8], dx: 0.5 };
+    const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
         Case { global_ids: vec![[3, 0], [5, 1], [9, 0]], walls: 2, domain: BOX }

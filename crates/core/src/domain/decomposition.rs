@@ -147,7 +147,7 @@ impl Decomposition {
     /// Looks at no slab beyond the first that is too far away.
     fn slabs_near(&self, axis: usize, p: usize, reach: f64) -> Vec<usize> {
         let (cuts, cells) = (&self.cuts[axis], self.domain.cells[axis]);
-        let periodic = self.domain.periodic[axis];
+        let periodic = self.domain.is_periodic(axis);
         // In whole cells, so that it is the same number from both sides.
         let gap = |q: usize| {
             let (first, second) = (p.min(q), p.max(q));

@@ -183,7 +183,7 @@ mod tests {
 
     #[test]
     fn even_work_and_no_work_at_all_are_cut_into_equal_slabs() {
-        let domain = Domain { periodic: [true; 3], cells: [41, 34, 47], dx: 1.0 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [41, 34, 47], dx: 1.0 };
         for cell in [0.0, 1.0] {
             let weights = Weights::even(&domain, cell);
             for (axis, cells) in domain.cells.into_iter().enumerate() {
@@ -196,7 +196,7 @@ mod tests {
 
     #[test]
     fn slabs_that_differ_by_chance_stay_equal_and_a_heap_does_not() {
-        let domain = Domain { periodic: [true; 3], cells: [40; 3], dx: 1.0 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [40; 3], dx: 1.0 };
         let mut weights = Weights::even(&domain, 1.0 / 1600.0);
         // Eight bodies of the work of two layers, five in one half and three in the other.
         weights.variance = 8.0 * 4.0;

@@ -63,7 +63,7 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
     let block = decomposition.grid_index(rank);
     let to: [isize; 3] = std::array::from_fn(|a| block[a] as isize + d[a]);
     let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
-    (0..3).all(|a| decomposition.domain.periodic[a] || inside(a)).then(|| decomposition.rank_at(to))
+    (0..3).all(|a| decomposition.domain.is_periodic(a) || inside(a)).then(|| decomposition.rank_at(to))
 }
 
 /// All slots of some runs.
@@ -276,7 +276,7 @@ mod tests {
     use std::collections::{HashMap, HashSet};
 
     fn cut(cells: [usize; 3], periodic: [bool; 3], grid: [usize; 3]) -> Decomposition {
-        let domain = Domain { cells, periodic, dx: 1.0 };
+        let domain = Domain { cells, faces: Domain::faces(periodic), dx: 1.0 };
         Decomposition::with_grid(domain, grid)
     }
 

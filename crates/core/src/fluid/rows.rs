@@ -17,7 +17,7 @@ impl RowOrder {
     pub(crate) fn new(decomposition: &Decomposition, rank: usize) -> Self {
         let [_, ny, nz] = decomposition.block(rank).size();
         let at = decomposition.grid_index(rank);
-        let (grid, periodic) = (decomposition.grid, decomposition.domain.periodic);
+        let (grid, periodic) = (decomposition.grid, decomposition.domain.periodic());
         let beyond = |a: usize| {
             let more = grid[a] > 1;
             [more && (periodic[a] || at[a] > 0), more && (periodic[a] || at[a] + 1 < grid[a])]
@@ -60,7 +60,7 @@ mod tests {
     use crate::domain::Domain;
 
     fn order(periodic: [bool; 3], ranks: usize, rank: usize) -> (RowOrder, [usize; 2]) {
-        let domain = Domain { cells: [16, 24, 40], periodic, dx: 1.0 };
+        let domain = Domain { cells: [16, 24, 40], faces: Domain::faces(periodic), dx: 1.0 };
         let cut = Decomposition::new(domain, ranks).unwrap();
         let [_, ny, nz] = cut.block(rank).size();
         (RowOrder::new(&cut, rank), [ny, nz])

@@ -98,7 +98,7 @@ mod tests {
 
     /// A box with a moving wall at one face, one at rest at the other, and one that turns inside.
     fn boxed(periodic: [bool; 3]) -> (Domain, Vec<WallMotion>) {
-        let domain = Domain { periodic, cells: [13, 10, 11], dx: 1.0 };
+        let domain = Domain { faces: Domain::faces(periodic), cells: [13, 10, 11], dx: 1.0 };
         let motion =
             |velocity, angular_velocity| WallMotion { velocity, angular_velocity, pivot: [6.0, 5.0, 5.0] };
         let motions = vec![
@@ -112,7 +112,7 @@ mod tests {
     fn wall_of(domain: &Domain, cell: [i64; 3]) -> Option<usize> {
         let cells = domain.cells.map(|n| n as i64);
         let beyond = |a: usize, high: bool| {
-            !domain.periodic[a] && if high { cell[a] >= cells[a] } else { cell[a] < 0 }
+            !domain.is_periodic(a) && if high { cell[a] >= cells[a] } else { cell[a] < 0 }
         };
         if beyond(2, true) {
             Some(0)
@@ -120,7 +120,7 @@ mod tests {
             Some(1)
         } else {
             let inside = (5..8).contains(&cell[0]) && (4..7).contains(&cell[1]) && cell[2] >= 3;
-            (inside && !domain.periodic[0]).then_some(2)
+            (inside && !domain.is_periodic(0)).then_some(2)
         }
     }
 

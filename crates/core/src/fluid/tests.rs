@@ -21,7 +21,8 @@ fn solo<S: Population>(cells: [usize; 3], relaxation_time: f64, simd: Simd) -> F
 }
 
 pub(super) fn solo_with<S: Population>(cells: [usize; 3], params: &FluidParams) -> Fluid<S> {
-    let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, 1).unwrap();
+    let decomposition =
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells, dx: 1.0 }, 1).unwrap();
     Fluid::new(&decomposition, &Comm::Solo, params, &Boundary::none()).unwrap()
 }
 
@@ -202,7 +203,8 @@ fn hash_after<S: Population>(
     steps: usize,
     method: Method,
 ) -> u64 {
-    let decomposition = Decomposition::new(Domain { periodic: [true; 3], cells, dx: 1.0 }, ranks).unwrap();
+    let decomposition =
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells, dx: 1.0 }, ranks).unwrap();
     on_threads(ranks, |comm| {
         let collision = match method {
             Method::Homogenised(_) => Collision::Bgk,
@@ -430,7 +432,7 @@ fn a_cell_that_is_too_fast_or_not_a_number_is_found() {
 fn the_fault_that_is_told_is_the_first_in_the_box_though_rows_next_to_others_are_swept_first_on_4_ranks() {
     // Along y and along z the later cell lies in a row that is swept first.
     for (first, later) in [([3, 2, 2], [3, 5, 2]), ([3, 2, 2], [1, 2, 7]), ([9, 3, 1], [1, 5, 3])] {
-        let domain = Domain { periodic: [true; 3], cells: [13, 12, 16], dx: 1.0 };
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [13, 12, 16], dx: 1.0 };
         let grid = [1, 2, 2];
         let decomposition = Decomposition::with_grid(domain, grid);
         let faults = on_threads(4, |comm| {

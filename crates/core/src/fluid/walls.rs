@@ -22,7 +22,7 @@ use super::layout::{AaPhase, Layout};
 use super::population::Population;
 use super::rows::RowOrder;
 use super::solid::CHUNK;
-use crate::domain::{Block, Domain};
+use crate::domain::{Block, Domain, Face};
 use crate::error::Result;
 use crate::lattice::{C, Q, opposite};
 use crate::math::to_fixed;
@@ -170,12 +170,12 @@ impl<S: Population> Walls<S> {
             fluid_cells: block.cell_count(),
         };
         if boundary.motions.is_empty() {
-            assert_eq!(domain.periodic, [true; 3], "closed faces are walls");
+            assert_eq!(domain.faces, [Face::Periodic; 6], "the other faces are walls");
             return Ok(walls);
         }
         let map = Map::new(domain, block, boundary)?;
-        let closed =
-            [!domain.periodic[0] && block.lo[0] == 0, !domain.periodic[0] && block.hi[0] == domain.cells[0]];
+        let at_end = [block.lo[0] == 0, block.hi[0] == domain.cells[0]];
+        let closed = [0, 1].map(|face| at_end[face] && domain.faces[face] != Face::Periodic);
         walls.find_ends(&map, closed);
         walls.find_runs(layout, &map, closed);
         walls.find_cells(&map);

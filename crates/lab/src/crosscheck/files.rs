@@ -32,7 +32,7 @@ pub fn write_case(directory: &Path, outcome: &Outcome) -> Result<()> {
         for (number, moment) in found.moments.iter().enumerate() {
             let file = directory.join(&stem).join(format!("{number:04}.vtp"));
             // An open box leaves the positions as they are.
-            let open = Domain { cells: [1; 3], dx: 1.0, periodic: [false; 3] };
+            let open = Domain { cells: [1; 3], dx: 1.0, faces: Domain::faces([false; 3]) };
             surfaces::write_motion(&file, &open, &moment.templates, &moment.particles[engine])?;
             collection.add(moment.time, &file)?;
         }

@@ -54,7 +54,8 @@ fn system(name: String, restitution: f64, seed: u64) -> System {
     let count = EDGE.pow(3);
     let volume: f64 = (0..count).map(|n| system.templates[kind(n)].shape.volume()).sum();
     let edge = (volume / FILLED).cbrt();
-    system.domain = Domain { cells: [4 * EDGE; 3], dx: edge / (4 * EDGE) as f64, periodic: [true; 3] };
+    system.domain =
+        Domain { cells: [4 * EDGE; 3], dx: edge / (4 * EDGE) as f64, faces: Domain::faces([true; 3]) };
     let mut random = Random(seed);
     let spacing = edge / EDGE as f64;
     let middle = system.templates[2].mass();

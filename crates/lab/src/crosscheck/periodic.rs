@@ -9,7 +9,7 @@ const PAIRWISE: Limit =
     (1e-12, "relative: OTHER rounds the images of both sides, 1e-18 m of a depth of 5e-6 m");
 const IMPACT: Limit = (1e-9, "relative, to the same engine inside the box: rounding, 1e-12 of the depth");
 
-const BOX: Domain = Domain { cells: [20; 3], dx: 0.5e-3, periodic: [true; 3] };
+const BOX: Domain = Domain { cells: [20; 3], dx: 0.5e-3, faces: Domain::faces([true; 3]) };
 
 /// Points of contact and normals.
 const POINTS: [(&str, Vec3, Vec3); 3] = [

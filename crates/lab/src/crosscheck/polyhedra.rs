@@ -169,7 +169,8 @@ fn system(
     let material = Material { youngs_modulus: young, poisson_ratio: 0.25 };
     system.templates = templates.clone();
     system.contact = Some(model(&[material], &[1.0], 0.0, OWN));
-    system.domain = Domain { cells: [10 * ROW, 10 * ROW, 10], dx: 0.1 * ROOM, periodic: [false; 3] };
+    system.domain =
+        Domain { cells: [10 * ROW, 10 * ROW, 10], dx: 0.1 * ROOM, faces: Domain::faces([false; 3]) };
     let mut add = |(kind, turn): (usize, Quat), at: Vec3, velocity: Vec3| {
         system.add(kind, at, velocity, Vec3::zeros());
         system.particles.last_mut().expect("it was added").set_orientation(&turn);

@@ -29,7 +29,7 @@ const MEAN: usize = 100;
 const GRAVITY: f64 = 9.81;
 
 /// Edges of the box and its height (m).
-const BOX: Domain = Domain { cells: [20, 20, 48], dx: 0.525e-3, periodic: [false; 3] };
+const BOX: Domain = Domain { cells: [20, 20, 48], dx: 0.525e-3, faces: Domain::faces([false; 3]) };
 
 const HEIGHT: Limit = (1.2e-2, "relative: 3 sqrt(2) of the scatter of 2.8e-3 of six packings of each engine");
 const COORDINATION: Limit =

@@ -95,7 +95,7 @@ fn measure(name: &str, contacts: &[Contact], against: &Against) -> Result<Findin
         let kinds = RADII.iter().flat_map(|&radius| (0..2).map(move |material| sphere(radius, material)));
         system.templates = kinds.collect();
         system.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
-        system.domain = Domain { cells: [64, 64, 16], dx: 0.5e-3, periodic: [false; 3] };
+        system.domain = Domain { cells: [64, 64, 16], dx: 0.5e-3, faces: Domain::faces([false; 3]) };
         if contacts.iter().any(|contact| contact.other.is_none()) {
             system.walls.push(plane(2, 0.0, true));
         }

@@ -49,7 +49,7 @@ impl System {
     pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Self {
         Self {
             name: name.into(),
-            domain: Domain { cells: [20; 3], dx: 0.5e-3, periodic: [false; 3] },
+            domain: Domain { cells: [20; 3], dx: 0.5e-3, faces: Domain::faces([false; 3]) },
             templates: [sphere(RADIUS, 0)].into(),
             particles: Vec::new(),
             contact: Some(model(&[GLASS], &[restitution], friction, laws)),

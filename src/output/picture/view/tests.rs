@@ -4,7 +4,7 @@ use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Sphere, Sup
 use std::sync::Arc;
 use turbid_plot::Colours;
 
-const BOX: Domain = Domain { periodic: [false; 3], cells: [10; 3], dx: 0.1 };
+const BOX: Domain = Domain { faces: Domain::faces([false; 3]), cells: [10; 3], dx: 0.1 };
 const SPEED: Scale = Scale { label: "speed", unit: "m/s", range: (0.0, 1.0), colours: Colours::Viridis };
 
 fn shapes() -> Vec<Arc<dyn Shape>> {

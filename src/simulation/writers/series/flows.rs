@@ -89,7 +89,7 @@ impl Bed {
             return None;
         }
         let drive =
-            Vec3::from_fn(|a, _| if setup.domain.periodic[a] { fluid.body_acceleration[a] } else { 0.0 });
+            Vec3::from_fn(|a, _| if setup.domain.is_periodic(a) { fluid.body_acceleration[a] } else { 0.0 });
         let diameter = |template: u64| setup.templates[template as usize].shape.equivalent_diameter();
         let diameters: f64 = setup.particles.iter().map(|particle| diameter(particle.template)).sum();
         Some(Self {

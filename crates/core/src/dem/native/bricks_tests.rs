@@ -7,7 +7,7 @@ use crate::domain::Domain;
 use crate::math::Quat;
 use crate::shape::Cuboid;
 
-const BOX: Domain = Domain { periodic: [true; 3], cells: [12, 12, 12], dx: 1e-3 };
+const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [12, 12, 12], dx: 1e-3 };
 
 fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let contact = ContactParams {

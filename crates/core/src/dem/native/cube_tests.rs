@@ -281,7 +281,7 @@ fn a_cube_placed_in_touching_rest_on_face_edge_or_corner_never_gains_energy() {
 #[test]
 fn an_elastic_collision_of_two_cubes_keeps_momentum_and_by_the_energy_law_energy() {
     let mut random = ChaCha8Rng::seed_from_u64(3);
-    let open = Domain { periodic: [true; 3], ..TANK };
+    let open = Domain { faces: Domain::faces([true; 3]), ..TANK };
     let mut ratios = [[1.0_f64; 2]; 2];
     for _ in 0..20 {
         let mut noise = |size: f64| Vec3::from_fn(|_, _| random.random_range(-size..size));

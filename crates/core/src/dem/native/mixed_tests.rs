@@ -12,7 +12,8 @@ use rand_chacha::ChaCha8Rng;
 use std::collections::BTreeMap;
 
 /// Closed in y and z.
-pub(super) const CHANNEL: Domain = Domain { periodic: [true, false, false], cells: [20, 12, 8], dx: 1e-3 };
+pub(super) const CHANNEL: Domain =
+    Domain { faces: Domain::faces([true, false, false]), cells: [20, 12, 8], dx: 1e-3 };
 const STEPS: usize = 300;
 pub(super) const DT: f64 = 2e-5;
 

@@ -33,7 +33,7 @@ pub(super) fn restitution(restitution: f64) -> ContactParams {
     ContactParams { pair, ..MATERIAL }
 }
 
-const BOX: Domain = Domain { periodic: [true; 3], cells: [16, 16, 16], dx: 1e-3 };
+const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [16, 16, 16], dx: 1e-3 };
 pub(super) const RADIUS: f64 = 1e-3;
 
 pub(super) fn templates() -> Arc<[Template]> {
@@ -285,7 +285,9 @@ fn sampled_contacts_bounce_much_like_exact_ones() {
 
 #[test]
 fn a_box_in_which_a_pair_could_touch_twice_is_refused_in_words() {
-    let tiny = Decomposition::new(Domain { periodic: [true; 3], cells: [16, 4, 16], dx: 0.9e-3 }, 1).unwrap();
+    let tiny =
+        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells: [16, 4, 16], dx: 0.9e-3 }, 1)
+            .unwrap();
     let at = |id| Particle::at(id, 0, Vec3::zeros());
     let refused = Native::new(dry(MATERIAL), tiny.clone(), 0, templates(), &[at(0), at(1)]).unwrap_err();
     assert!(refused.to_string().contains("two periodic images"), "{refused}");
@@ -332,7 +334,7 @@ pub(super) fn gathered(comm: &Comm, engine: &Native) -> Vec<u8> {
     bytemuck::cast_slice(&all).to_vec()
 }
 
-pub(super) const CROWDED: Domain = Domain { periodic: [true; 3], cells: [12, 12, 12], dx: 1e-3 };
+pub(super) const CROWDED: Domain = Domain { faces: Domain::faces([true; 3]), cells: [12, 12, 12], dx: 1e-3 };
 
 fn crowd(ranks: usize, rank: usize, all: &[Particle]) -> Native {
     let cut = Decomposition::new(CROWDED, ranks).unwrap();

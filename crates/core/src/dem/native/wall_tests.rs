@@ -20,7 +20,8 @@ pub(super) const MATERIAL: ContactParams = ContactParams {
 };
 
 /// Closed in z, 12 mm wide.
-pub(super) const TANK: Domain = Domain { periodic: [true, true, false], cells: [12, 12, 12], dx: 1e-3 };
+pub(super) const TANK: Domain =
+    Domain { faces: Domain::faces([true, true, false]), cells: [12, 12, 12], dx: 1e-3 };
 pub(super) const RADIUS: f64 = 1e-3;
 const DENSITY: f64 = 2500.0;
 pub(super) const GRAVITY: Vec3 = Vec3::new(0.0, 0.0, -9.81);
@@ -220,7 +221,7 @@ fn a_sphere_placed_in_touching_rest_settles_to_the_hertz_depth_and_never_gains_e
 
 #[test]
 fn an_elastic_sphere_in_a_closed_box_hits_all_six_walls_and_keeps_its_energy() {
-    let domain = Domain { periodic: [false; 3], ..TANK };
+    let domain = Domain { faces: Domain::faces([false; 3]), ..TANK };
     let size = domain.size().x;
     let walls: Vec<Wall> = (0..3)
         .flat_map(|axis| {
@@ -347,7 +348,7 @@ fn only_periodic_directions_need_room_for_two_images() {
     let with = |periodic| {
         let params =
             NativeParams { contact: Some(contact(MATERIAL.pair)), substeps: 1, ..NativeParams::default() };
-        let cut = Decomposition::new(Domain { periodic, ..low }, 1).unwrap();
+        let cut = Decomposition::new(Domain { faces: Domain::faces(periodic), ..low }, 1).unwrap();
         let wide = spheres()
             .iter()
             .map(|t| Template { shape: Arc::new(Sphere { radius: 1.1e-3 }), ..t.clone() })

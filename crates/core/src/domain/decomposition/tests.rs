@@ -1,11 +1,11 @@
 use super::*;
 use proptest::prelude::*;
 
-const BOX: Domain = Domain { periodic: [true; 3], cells: [21, 34, 47], dx: 0.5 };
+const BOX: Domain = Domain { faces: Domain::faces([true; 3]), cells: [21, 34, 47], dx: 0.5 };
 
 /// A bed on the floor of a closed tank: a layer of cells within it is eight times the work of one above it.
 fn bed(cells: [usize; 3], height: usize) -> (Domain, Weights) {
-    let domain = Domain { periodic: [false; 3], cells, dx: 1e-3 };
+    let domain = Domain { faces: Domain::faces([false; 3]), cells, dx: 1e-3 };
     let mut weights = Weights::even(&domain, 1.0);
     weights.layers[2][..height].iter_mut().for_each(|layer| *layer *= 8.0);
     let total: f64 = weights.layers[2].iter().sum();
@@ -95,7 +95,7 @@ fn a_position_has_one_owner_whose_block_holds_its_cell_on_faces_and_at_the_ends_
     for periodic in [[true; 3], [false; 3], [true, false, true]] {
         // Sizes of a cell that have no exact binary form.
         for dx in [0.5, 0.1, 1.5e-3 / 7.0] {
-            let domain = Domain { dx, periodic, ..BOX };
+            let domain = Domain { dx, faces: Domain::faces(periodic), ..BOX };
             for cut in decompositions(domain) {
                 let size = domain.size();
                 for axis in 0..3 {
@@ -127,7 +127,7 @@ fn a_position_has_one_owner_whose_block_holds_its_cell_on_faces_and_at_the_ends_
 
 #[test]
 fn a_count_that_would_make_blocks_too_thin_is_refused_and_the_next_smaller_named() {
-    let small = Domain { periodic: [true; 3], cells: [8, 8, 8], dx: 1.0 };
+    let small = Domain { faces: Domain::faces([true; 3]), cells: [8, 8, 8], dx: 1.0 };
     let even = Weights::even(&small, 1.0);
     assert!(Decomposition::new(small, 3).is_none());
     assert!(Decomposition::balanced(small, 3, &even).is_none());
@@ -153,7 +153,7 @@ fn neighbours_by_exhaustive_search(cut: &Decomposition, rank: usize, reach: f64)
 #[test]
 fn neighbours_are_mutual_and_those_of_an_exhaustive_search() {
     for periodic in [[true; 3], [false; 3], [false, true, true]] {
-        for cut in decompositions(Domain { periodic, ..BOX }) {
+        for cut in decompositions(Domain { faces: Domain::faces(periodic), ..BOX }) {
             // No multiple of the cells: the exhaustive search rounds.
             for reach in [0.01, 0.9, 2.3, 4.1, 7.7, 30.3] {
                 let all: Vec<_> = (0..cut.ranks()).map(|rank| cut.neighbours(rank, reach)).collect();

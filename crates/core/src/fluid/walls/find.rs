@@ -28,7 +28,7 @@ impl Map {
                 for x in xs.clone() {
                     let (mut cell, mut beyond) = ([x, y, z], false);
                     for a in 0..3 {
-                        if domain.periodic[a] {
+                        if domain.is_periodic(a) {
                             cell[a] = cell[a].rem_euclid(cells[a]);
                         } else {
                             beyond |= !(0..cells[a]).contains(&cell[a]);

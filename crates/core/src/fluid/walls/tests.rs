@@ -15,7 +15,7 @@ use crate::math::from_fixed_wide;
 pub(super) const MAGIC: Collision = Collision::Trt { magic: 0.1875 };
 
 pub(super) fn domain(cells: [usize; 3], periodic: [bool; 3]) -> Domain {
-    Domain { cells, periodic, dx: 1.0 }
+    Domain { cells, faces: Domain::faces(periodic), dx: 1.0 }
 }
 
 pub(super) fn params(relaxation_time: f64, collision: Collision) -> FluidParams {
