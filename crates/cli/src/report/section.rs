@@ -117,14 +117,11 @@ impl Section {
             Block::Figure { stem, title, note, .. } => {
                 let files = self.files(stem);
                 let of = |format| files.iter().find(|file| file.0 == format).map(|file| &file.1);
-                let (svg, png) = (of(Format::Svg), of(Format::Png));
-                let shown = png.or(svg).map_or("", String::as_str);
-                let link = svg.filter(|_| png.is_some()).map_or(String::new(), |svg| format!("[SVG]({svg})"));
-                let note = [markdown::inline(note), link]
-                    .into_iter()
-                    .filter(|part| !part.is_empty())
-                    .collect::<Vec<_>>();
-                let note = if note.is_empty() { String::new() } else { note.join(" ") + "\n\n" };
+                let shown = of(Format::Svg).or(of(Format::Png)).map_or("", String::as_str);
+                let note = match note.as_str() {
+                    "" => String::new(),
+                    note => markdown::inline(note) + "\n\n",
+                };
                 format!("{}![{}]({shown})\n\n{note}", below(title), markdown::inline(title))
             }
             // Names of files are plain.
