@@ -16,9 +16,6 @@ wheels=$target/python/wheels
 # What is there already is not asked for again, so the second time needs no network.
 "$python" -m pip install --quiet --disable-pip-version-check --requirement ffi/python/tests/requirements.txt
 rm -rf "$wheels"
-# As the profile `test`, optimised numerics with assertions; under that name cargo would build a program that tests.
-"$python" -m maturin build --quiet --locked --profile dev --config 'profile.dev.package."*".opt-level=1' \
-    --config 'profile.dev.package."*".debug=false' --config profile.dev.package.turbid-core.opt-level=3 \
-    --manifest-path ffi/python/Cargo.toml --out "$wheels"
+"$python" -m maturin build --quiet --locked --manifest-path ffi/python/Cargo.toml --out "$wheels"
 "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheels"/*.whl
 exec env MPLBACKEND=Agg "$python" -m pytest -q -p no:cacheprovider ffi/python/tests "$@"

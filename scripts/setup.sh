@@ -1,4 +1,4 @@
-# What run.sh and test.sh need from the system; read by both. Quiet when nothing is missing.
+# What run.sh, test.sh and scripts/ need from the system; read by them. Quiet when nothing is missing.
 
 have() {
     command -v "$1" >/dev/null 2>&1
@@ -7,6 +7,16 @@ have() {
 fail() {
     echo "error: $*" >&2
     exit 1
+}
+
+# Runs a command under a name and tells its time.
+stage() {
+    name=$1
+    shift
+    echo "== $name" >&2
+    start=$(date +%s)
+    "$@"
+    echo "   $name took $(($(date +%s) - start)) s" >&2
 }
 
 # Rust comes from rustup, which needs no root.
