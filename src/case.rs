@@ -12,7 +12,6 @@
 
 mod array;
 mod checks;
-mod conform;
 mod couette;
 mod dry;
 mod engine;
@@ -22,10 +21,8 @@ mod filled;
 mod hertz;
 mod kinds;
 mod listed;
-pub mod located;
 mod materials;
 mod motion;
-mod overrides;
 mod physics;
 mod pictures;
 mod placement;
@@ -33,9 +30,6 @@ mod plausible;
 mod resolve;
 mod scales;
 mod schedule;
-#[doc(hidden)]
-pub mod schema;
-mod source;
 mod space;
 mod speeds;
 mod walls;
@@ -62,8 +56,6 @@ pub use resolve::{from_saved, from_text, load, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub(crate) use schedule::of_machine;
 pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan};
-#[doc(hidden)]
-pub use source::{Source, nearest};
 pub use speeds::{Bound, DrivenFlow, Impact};
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and

@@ -45,8 +45,6 @@ pub mod checkpoint;
 #[doc(hidden)]
 pub mod engine;
 #[doc(hidden)]
-pub mod input;
-#[doc(hidden)]
 pub mod memory;
 pub mod mesh;
 pub mod output;
@@ -61,3 +59,5 @@ pub use turbid_core::{
     comm, contact, coupling, dem, device, domain, error, fluid, lattice, math, particle, shape, timing,
     units, wall,
 };
+#[doc(hidden)]
+pub use turbid_input::{document, input};

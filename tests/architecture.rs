@@ -16,14 +16,14 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "report validate study crosscheck bench checks simulation case output checkpoint packing engine fluid contact comm device input memory error",
+        "report validate study crosscheck bench checks simulation case output checkpoint packing engine fluid contact comm device document input memory error",
     ),
     ("report", "study checks simulation output plot input error"),
     (
         "validate",
         "crosscheck checks simulation case output engine checkpoint coupling fluid particle domain comm math input error",
     ),
-    ("study", "checks simulation case output checkpoint plot math input error"),
+    ("study", "checks simulation case output checkpoint plot math document input error"),
     (
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
@@ -37,7 +37,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     (
         "case",
-        "mesh engine packing output coupling fluid contact particle shape wall domain device units math input memory error",
+        "mesh engine packing output coupling fluid contact particle shape wall domain device units math document input memory error",
     ),
     ("output", "checkpoint plot dem particle shape wall domain math input error"),
     ("plot", ""),
@@ -60,6 +60,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("units", ""),
     ("math", ""),
     ("timing", ""),
+    ("document", "input error"),
     ("input", ""),
     ("device", "memory error"),
     ("memory", "error"),

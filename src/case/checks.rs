@@ -2,8 +2,7 @@
 
 use super::FluidSetup;
 use super::file::{Case, Duration, Every};
-use super::schema;
-use super::source::Source;
+use crate::document::{Schema, Source};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use std::fmt::Display;
@@ -36,7 +35,7 @@ pub(super) struct Document<'a> {
 
 impl<'a> Document<'a> {
     pub(super) fn parse(source: &'a Source) -> Result<Self> {
-        let tree = source.tree(&schema::of::<Case>())?;
+        let tree = source.tree(&Schema::of::<Case>())?;
         let (table, text) = source.effective(tree.clone())?;
         let case = table.try_into().map_err(|e| source.type_error(&e))?;
         Ok(Self { source, tree, case, text })

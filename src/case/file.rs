@@ -9,9 +9,9 @@ mod pictures;
 mod shapes;
 mod walls;
 
-use super::schema::{free, non_negative, positive};
 use crate::coupling::ForceBalance;
 pub use crate::coupling::SolidOperator;
+use crate::document::{Format, Schema, free, non_negative, positive};
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,34 @@ pub use particles::{
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection};
+
+/// How to write a viscosity for which a dynamic one was given.
+const DYNAMIC: &str =
+    "write viscosity = ... in m^2/s, the dynamic viscosity in Pa s over the density in kg/m^3";
+
+impl Format for Case {
+    const EARLIER_NAMES: &'static [(&'static str, &'static str)] =
+        &[("homogenised", "paper"), ("overlap_volume", "paper")];
+
+    const OTHER_NAMES: &'static [(&'static str, &'static str, &'static str)] = &[
+        ("radius", "diameter", "write diameter = 2 radius"),
+        ("radius", "axes", "write axes = [x, y, z], whole lengths from end to end"),
+        ("dt", "time_step", "write time_step = ... in seconds"),
+        ("tau", "relaxation_time", "write relaxation_time = ... in time steps"),
+        ("phi", "volume_fraction", "write volume_fraction = ..."),
+        ("nu", "viscosity", "write viscosity = ... in m^2/s"),
+        ("kinematic_viscosity", "viscosity", "write viscosity = ... in m^2/s"),
+        ("dynamic_viscosity", "viscosity", DYNAMIC),
+        ("mu", "viscosity", DYNAMIC),
+        ("eta", "viscosity", DYNAMIC),
+        ("picture_plane", "pictures", "write pictures = [{ slice = { normal = \"y\", position = ... } }]"),
+        ("picture_range", "pictures", "write pictures = [{ slice = { range = [0, ...] } }]"),
+    ];
+
+    /// Positions replace what places particles at random.
+    const REPLACED: (&'static [&'static str], &'static [&'static str]) =
+        (&["file", "list"], &["sizes", "seed", "minimum_gap"]);
+}
 
 /// A case of turbid: resolved particles in a fluid in a box, or particles alone (`[dry]`). SI units.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -378,12 +406,12 @@ pub enum Axis {
 
 /// The JSON schema of the case file, for editors.
 pub fn schema() -> String {
-    super::schema::text::<Case>()
+    Schema::of::<Case>().text()
 }
 
 /// Section and name of the keys that do not change the results of a run, which are marked so above: cases that differ in them alone are
 /// one.
 pub fn free_keys() -> &'static [[String; 2]] {
-    static KEYS: LazyLock<Vec<[String; 2]>> = LazyLock::new(super::schema::free_keys::<Case>);
+    static KEYS: LazyLock<Vec<[String; 2]>> = LazyLock::new(|| Schema::of::<Case>().free_keys());
     &KEYS
 }

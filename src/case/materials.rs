@@ -1,8 +1,8 @@
 //! Materials by name, and the contact model.
 
 use super::checks::Document;
-use super::source::nearest;
 use crate::contact::{ContactModel, Material, PairParams};
+use crate::document::nearest;
 use crate::error::Result;
 
 /// Name of the material of `[contact]`.

@@ -3,10 +3,9 @@
 use super::Setup;
 use super::checks::{Clock, Document};
 use super::file::{CheckpointEvery, Duration, Every};
-use super::overrides::split;
 use super::pictures::{PicturePlan, pictures};
-use super::source::Source;
 use crate::device;
+use crate::document::{Source, names};
 use crate::error::Result;
 use crate::fluid::{Precision, Simd};
 use crate::math::Vec3;
@@ -131,7 +130,7 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     };
     let resolve = |options: &[String]| -> Result<(RunPlan, String)> {
         let source = Source::new(title(known.name), saved.to_string(), options);
-        source.refuse_changes_of_the_case()?;
+        refuse_changes_of_the_case(&source)?;
         let document = Document::parse(&source)?;
         Ok((RunPlan::new(&document, &known)?, document.text))
     };
@@ -164,41 +163,31 @@ pub(crate) fn of_machine(options: &[String]) -> Vec<String> {
     options.iter().filter(is_one).cloned().collect()
 }
 
-/// True if an option sets this key or one below it.
-pub(super) fn names(option: &str, key: &str) -> bool {
-    let (path, _) = split(option);
-    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|(_, given)| given == key))
-}
-
 /// The name of a saved case in messages.
 pub(super) fn title(name: &str) -> String {
     format!("saved case {name}")
 }
 
-impl Source {
-    /// Refuses options that make another case of this one.
-    fn refuse_changes_of_the_case(&self) -> Result<()> {
-        for option in &self.options {
-            let text = &self.text[option.span.clone()];
-            let path: Vec<&str> = option.keys.iter().map(|(_, key)| key.as_str()).collect();
-            let remedy = match path[..] {
-                ["output", "directory", ..] => {
-                    "a run is resumed in its own directory; `--out NEW` makes a branch of it elsewhere"
-                }
-                // A program may be elsewhere by now, or slower.
-                ["run" | "output", _, ..] | ["dem", "engine", "command" | "folder" | "timeout", ..] => {
-                    continue;
-                }
-                _ => {
-                    "only keys below `run.` and `output.` can; any other change makes another run: `turbid resume DIR --out NEW` branches off \
+/// Refuses options that make another case of this one.
+fn refuse_changes_of_the_case(source: &Source) -> Result<()> {
+    for (text, path, span) in source.options() {
+        let remedy = match path[..] {
+            ["output", "directory", ..] => {
+                "a run is resumed in its own directory; `--out NEW` makes a branch of it elsewhere"
+            }
+            // A program may be elsewhere by now, or slower.
+            ["run" | "output", _, ..] | ["dem", "engine", "command" | "folder" | "timeout", ..] => {
+                continue;
+            }
+            _ => {
+                "only keys below `run.` and `output.` can; any other change makes another run: `turbid resume DIR --out NEW` branches off \
                      one, which continues with the fluid and the particles"
-                }
-            };
-            let title = format!("`--set {text}` cannot change a run that is resumed");
-            return Err(self.error(&option.span, &title, "not this key", remedy));
-        }
-        Ok(())
+            }
+        };
+        let title = format!("`--set {text}` cannot change a run that is resumed");
+        return Err(source.error(span, &title, "not this key", remedy));
     }
+    Ok(())
 }
 
 fn average_from(document: &Document, clock: Clock, end_step: u64) -> Result<u64> {

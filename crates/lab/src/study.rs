@@ -35,7 +35,7 @@ use record::Record;
 use state::State;
 use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
-use turbid::case::Source;
+use turbid::document::Source;
 use turbid::error::Result;
 use turbid::simulation::{seconds_of_files, time_estimate};
 

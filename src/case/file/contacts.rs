@@ -1,7 +1,7 @@
 //! Contacts, materials and the engine as the user writes them.
 
-use crate::case::schema::{non_negative, positive};
 use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
+use crate::document::{non_negative, positive};
 use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -1,6 +1,6 @@
 //! Prescribed motion of particles as the user writes it.
 
-use crate::case::schema::positive;
+use crate::document::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

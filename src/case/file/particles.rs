@@ -2,7 +2,7 @@
 
 use super::motion::MotionSection;
 use super::shapes::ShapeSection;
-use crate::case::schema::{non_negative, positive};
+use crate::document::{non_negative, positive};
 use crate::packing::positions::names;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;

@@ -1,7 +1,7 @@
 //! Pictures as the user asks for them.
 
 use super::Axis;
-use crate::case::schema::positive;
+use crate::document::positive;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

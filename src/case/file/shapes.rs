@@ -1,6 +1,6 @@
 //! Shapes as the user writes them.
 
-use crate::case::schema::positive;
+use crate::document::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
 //! Faces of the box and other walls as the user writes them.
 
-use crate::case::schema::positive;
+use crate::document::positive;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde_json::{Map, Value as Json};

@@ -1,6 +1,6 @@
 //! Choice of cases of a suite.
 
-use turbid::case::nearest;
+use turbid::document::nearest;
 use turbid::error::{Error, Result};
 
 /// Indices of the cases with these names, each once and in the order of the suite; of all if none is named.

@@ -7,7 +7,7 @@ use super::file::{CheckKind, CheckSection};
 use super::points::{At, Known};
 use super::table::{Found, of_convergence};
 use crate::checks::Check;
-use turbid::case::located::Located;
+use turbid::document::Located;
 use turbid::error::{Error, Result};
 use turbid_plot::Point;
 

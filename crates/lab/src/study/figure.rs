@@ -5,7 +5,7 @@ use super::convergence::Convergence;
 use super::document::Figure;
 use super::file::{FigureSection, ReferenceSection};
 use super::points::Line;
-use turbid::case::located::Located;
+use turbid::document::Located;
 use turbid::error::Result;
 use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
 

@@ -5,9 +5,9 @@ use serde::Deserialize;
 use serde_json::Value as Json;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
+use turbid::case::Setup;
 use turbid::case::file::Duration;
-use turbid::case::located::Located;
-use turbid::case::{self, Setup};
+use turbid::document::{Format, Located, Schema as DocumentSchema};
 use turbid::simulation::Law;
 
 /// A study: runs of a case, and their evaluation.
@@ -388,7 +388,9 @@ impl JsonSchema for Choice {
     }
 }
 
+impl Format for StudyFile {}
+
 /// The JSON schema of study files, for editors.
 pub fn schema() -> String {
-    case::schema::text::<StudyFile>()
+    DocumentSchema::of::<StudyFile>().text()
 }

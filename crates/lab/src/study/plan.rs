@@ -4,8 +4,9 @@ use super::file::{AxisSection, Choice, Only, StudyFile, ValueSection, word};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::Path;
-use turbid::case::located::Located;
-use turbid::case::{self, Setup, Source};
+use turbid::case::{self, Setup};
+use turbid::document::Located;
+use turbid::document::Source;
 use turbid::error::{Error, Result};
 
 /// An axis with its values.

@@ -15,7 +15,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use turbid::case::Setup;
-use turbid::case::located::Located;
+use turbid::document::Located;
 use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::output::series::COLUMNS;

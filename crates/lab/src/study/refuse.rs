@@ -3,8 +3,8 @@
 use super::Study;
 use super::record;
 use std::path::Path;
-use turbid::case::located::Located;
-use turbid::case::nearest;
+use turbid::document::Located;
+use turbid::document::nearest;
 use turbid::error::Result;
 use turbid::output::series::is_of_a_body;
 

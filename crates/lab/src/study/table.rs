@@ -8,7 +8,7 @@ use super::plan::{Axis, combinations};
 use super::points::{At, Known, average};
 use super::record::Quantity;
 use std::collections::BTreeSet;
-use turbid::case::located::Located;
+use turbid::document::Located;
 use turbid::error::Result;
 
 /// Default number of digits behind the point.

@@ -1,24 +1,27 @@
 //! `--set key.path=value`, applied to the parsed document before it is typed.
 
+use super::schema::Schema;
 use super::source::{GivenOption, Source};
-use crate::error::{Error, Result};
 use serde_json::{Map, Value as Json};
 use std::borrow::Cow;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use turbid_core::error::{Error, Result};
 
 /// Keys that replace each other: setting one by an option removes the others.
 pub(super) struct Alternatives {
     /// Each group, and whether one of it makes up a table of its own, such as `{ steps = 100 }`.
     groups: Vec<(Vec<String>, bool)>,
+    /// [`Format::REPLACED`](super::Format::REPLACED).
+    replaced: (&'static [&'static str], &'static [&'static str]),
 }
 
 impl Alternatives {
     /// Those of a schema: whatever stands in an `oneOf` or `anyOf` by a single key.
-    pub(super) fn of(schema: &Json) -> Self {
-        let mut all = Self { groups: Vec::new() };
-        all.collect(schema, schema);
+    pub(super) fn of(schema: &Schema) -> Self {
+        let mut all = Self { groups: Vec::new(), replaced: schema.replaced };
+        all.collect(&schema.json, &schema.json);
         all
     }
 
@@ -61,9 +64,9 @@ impl Alternatives {
         for other in self.with(key).flat_map(|(group, _)| group) {
             table.remove(other.as_str());
         }
-        if ["file", "list"].contains(&key) {
-            for of_random in ["sizes", "seed", "minimum_gap"] {
-                table.remove(of_random);
+        if self.replaced.0.contains(&key) {
+            for meaningless in self.replaced.1 {
+                table.remove(*meaningless);
             }
         }
     }
@@ -88,6 +91,12 @@ pub(super) fn split(option: &str) -> (Keys, Option<usize>) {
     let first = signs().next();
     let path = &option[..first.unwrap_or(option.len())];
     (quoted_keys(path).unwrap_or_else(|| plain_keys(path)), first.map(|at| at + 1))
+}
+
+/// True if an option sets this key or one below it.
+pub fn names(option: &str, key: &str) -> bool {
+    let (path, _) = split(option);
+    key.split('.').enumerate().all(|(n, key)| path.get(n).is_some_and(|(_, given)| given == key))
 }
 
 /// The keys of a path as TOML has it: bare, quoted, dotted.
@@ -228,8 +237,45 @@ impl Source {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::file::Case;
-    use crate::case::schema;
+    use crate::document::{Format, Schema};
+    use schemars::JsonSchema;
+    use serde::Deserialize;
+
+    #[derive(Deserialize, JsonSchema)]
+    struct Case {
+        _fluid: Option<Fluid>,
+        _run: Option<Run>,
+        _particles: Option<Vec<Kind>>,
+    }
+
+    #[derive(Deserialize, JsonSchema)]
+    #[schemars(extend("oneOf" = [{ "required": ["viscosity"] }, { "required": ["archimedes"] }]))]
+    struct Fluid {
+        _name: Option<String>,
+    }
+
+    #[derive(Deserialize, JsonSchema)]
+    struct Run {
+        _end: End,
+    }
+
+    #[derive(Deserialize, JsonSchema)]
+    #[serde(rename_all = "snake_case")]
+    #[expect(dead_code, reason = "only the schema is used")]
+    enum End {
+        Steps(u64),
+        Time(f64),
+    }
+
+    #[derive(Deserialize, JsonSchema)]
+    #[schemars(extend("oneOf" = [{ "required": ["count"] }, { "required": ["list"] }]))]
+    struct Kind {
+        _seed: Option<u64>,
+    }
+
+    impl Format for Case {
+        const REPLACED: (&'static [&'static str], &'static [&'static str]) = (&["list"], &["seed"]);
+    }
 
     const TEXT: &str = "# kept only without options\n[fluid]\narchimedes = 10\nname = \"x\"\n\n[[particles]]\n\
                         count = 3\nseed = 2\n\n[run]\nend = { steps = 5 }\n";
@@ -238,7 +284,7 @@ mod tests {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
         let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
         let mut tree = DeTable::parse(TEXT).unwrap();
-        let alternatives = Alternatives::of(&schema::of::<Case>());
+        let alternatives = Alternatives::of(&Schema::of::<Case>());
         source.options.iter().for_each(|option| source.apply(option, tree.get_mut(), &alternatives).unwrap());
         source.effective(tree).unwrap().1
     }

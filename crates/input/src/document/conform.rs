@@ -1,32 +1,13 @@
 //! Compares a document with the schema of its type: keys that are unknown, missing or exclude each other, values of another type,
 //! lists of another length, numbers out of range. Errors have the whole key, its position and a remedy, the comment of the key.
 
+use super::schema::Schema;
 use super::source::{Source, nearest};
-use crate::error::{Error, Result};
 use serde_json::{Map, Value as Json};
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-
-/// Names that other programs and papers use, the key that is meant, and how to write it.
-const OTHER_NAMES: [(&str, &str, &str); 12] = [
-    ("radius", "diameter", "write diameter = 2 radius"),
-    ("radius", "axes", "write axes = [x, y, z], whole lengths from end to end"),
-    ("dt", "time_step", "write time_step = ... in seconds"),
-    ("tau", "relaxation_time", "write relaxation_time = ... in time steps"),
-    ("phi", "volume_fraction", "write volume_fraction = ..."),
-    ("nu", "viscosity", "write viscosity = ... in m^2/s"),
-    ("kinematic_viscosity", "viscosity", "write viscosity = ... in m^2/s"),
-    ("dynamic_viscosity", "viscosity", DYNAMIC),
-    ("mu", "viscosity", DYNAMIC),
-    ("eta", "viscosity", DYNAMIC),
-    ("picture_plane", "pictures", "write pictures = [{ slice = { normal = \"y\", position = ... } }]"),
-    ("picture_range", "pictures", "write pictures = [{ slice = { range = [0, ...] } }]"),
-];
-
-/// For a dynamic viscosity.
-const DYNAMIC: &str =
-    "write viscosity = ... in m^2/s, the dynamic viscosity in Pa s over the density in kg/m^3";
+use turbid_core::error::{Error, Result};
 
 /// Largest magnitude of a number, and least one of a number that must be above 0: no quantity in SI units is beyond, and what is
 /// derived from it would not be finite.
@@ -42,22 +23,22 @@ const REPEATED: usize = 40;
 type Form = Map<String, Json>;
 
 /// Refuses a document that does not fit its schema.
-pub(super) fn check(source: &Source, document: &DeTable<'_>, schema: &Json) -> Result<()> {
+pub(super) fn check(source: &Source, document: &DeTable<'_>, schema: &Schema) -> Result<()> {
     let check = Check { source, schema };
-    check.table(document, &(0..0), &check.forms(schema), "")
+    check.table(document, &(0..0), &check.forms(&schema.json), "")
 }
 
 struct Check<'a> {
     source: &'a Source,
     /// With the definitions that its parts refer to.
-    schema: &'a Json,
+    schema: &'a Schema,
 }
 
 impl<'a> Check<'a> {
     /// A schema, or the definition that it refers to.
     fn defined(&self, schema: &'a Json) -> &'a Json {
         let name = schema.get("$ref").and_then(Json::as_str);
-        name.and_then(|name| self.schema.pointer(name.trim_start_matches('#'))).unwrap_or(schema)
+        name.and_then(|name| self.schema.json.pointer(name.trim_start_matches('#'))).unwrap_or(schema)
     }
 
     /// The forms that a value may have; none if it may have any.
@@ -229,8 +210,8 @@ impl<'a> Check<'a> {
         self.exactly_one(table, span, form, key)
     }
 
-    /// A table must have exactly one of the keys that its form lists as alternatives; those of a whole case are
-    /// [checked later](super::dry).
+    /// A table must have exactly one of the keys that its form lists as alternatives; those of the whole
+    /// document are the caller's.
     fn exactly_one(&self, table: &DeTable<'_>, span: &Range<usize>, form: &Form, key: &str) -> Result<()> {
         let one_of = form.get("oneOf").and_then(Json::as_array).filter(|_| !key.is_empty());
         let names: Vec<&str> =
@@ -252,7 +233,8 @@ impl<'a> Check<'a> {
     }
 
     fn unknown(&self, kind: &str, name: &str, span: &Range<usize>, known: &[&str], key: &str) -> Error {
-        let other = OTHER_NAMES.iter().find(|(other, meant, _)| *other == name && known.contains(meant));
+        let other =
+            self.schema.other_names.iter().find(|(other, meant, _)| *other == name && known.contains(meant));
         let all = known.join(", ");
         let remedy = match (other, nearest(name, known)) {
             (Some((_, _, how)), _) => format!("{how}; known here: {all}"),

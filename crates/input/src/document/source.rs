@@ -1,42 +1,39 @@
-//! The text of a case: the file followed by the `--set` options, so that every position is one number.
+//! The text of a document: the file followed by the `--set` options, so that every position is one number.
 
 use super::overrides::{Alternatives, Keys, split};
-use super::{conform, schema};
-use crate::error::{Error, Result};
+use super::{Format, Schema, conform};
 use crate::input;
 #[cfg(feature = "snippets")]
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
-use schemars::JsonSchema;
 use serde::Deserialize;
-use serde::de::DeserializeOwned;
-use serde_json::Value as Json;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+use turbid_core::error::{Error, Result};
 
-/// Text of the case file followed by the options, one per line.
+/// Text of the file followed by the options, one per line.
 #[derive(Debug)]
 pub struct Source {
     /// Path of the file as the user gave it.
     pub path: String,
     /// File, then options.
-    pub(crate) text: String,
+    pub(super) text: String,
     /// Length of the file.
-    pub(crate) file_length: usize,
+    file_length: usize,
     /// The options.
-    pub(crate) options: Vec<GivenOption>,
+    pub(super) options: Vec<GivenOption>,
 }
 
 /// One `--set` option.
 #[derive(Debug)]
-pub(crate) struct GivenOption {
+pub(super) struct GivenOption {
     /// Position in [`Source::text`].
-    pub(crate) span: Range<usize>,
+    pub(super) span: Range<usize>,
     /// Its path of keys.
-    pub(crate) keys: Keys,
+    pub(super) keys: Keys,
     /// `v=` and its value, after as many blanks as give every part of the value its position in [`Source::text`].
-    pub(crate) shifted: Option<String>,
+    pub(super) shifted: Option<String>,
 }
 
 impl Source {
@@ -47,7 +44,7 @@ impl Source {
             let good = &e.as_bytes()[..e.utf8_error().valid_up_to()];
             let line = good.split(|&byte| byte == b'\n').count();
             let shown = path.display();
-            let text = format!("{shown}:{line}: not UTF-8 text; save the case file as UTF-8");
+            let text = format!("{shown}:{line}: not UTF-8 text; save the file as UTF-8");
             let path = path.to_path_buf();
             Error::Parse { path, line, text }
         })?;
@@ -55,7 +52,7 @@ impl Source {
     }
 
     /// From text.
-    pub(crate) fn new(path: String, mut text: String, options: &[String]) -> Self {
+    pub fn new(path: String, mut text: String, options: &[String]) -> Self {
         let file_length = text.len();
         let options = options
             .iter()
@@ -73,13 +70,13 @@ impl Source {
     }
 
     /// The document as typed values.
-    pub fn parse<T: DeserializeOwned + JsonSchema>(&self) -> Result<T> {
-        let tree = self.tree(&schema::of::<T>())?;
+    pub fn parse<T: Format>(&self) -> Result<T> {
+        let tree = self.tree(&Schema::of::<T>())?;
         T::deserialize(toml::de::Deserializer::from(tree)).map_err(|e| self.type_error(&e))
     }
 
     /// The document with the options applied, which has the form that a schema describes.
-    pub(super) fn tree(&self, schema: &Json) -> Result<Spanned<DeTable<'_>>> {
+    pub fn tree(&self, schema: &Schema) -> Result<Spanned<DeTable<'_>>> {
         self.refuse_foreign(schema)?;
         let mut tree = DeTable::parse(&self.text[..self.file_length]).map_err(|e| self.toml_error(&e))?;
         let alternatives = Alternatives::of(schema);
@@ -91,7 +88,7 @@ impl Source {
     }
 
     /// A tree as a table, and as a text: that of the file if there are no options.
-    pub(super) fn effective(&self, tree: Spanned<DeTable<'_>>) -> Result<(toml::Table, String)> {
+    pub fn effective(&self, tree: Spanned<DeTable<'_>>) -> Result<(toml::Table, String)> {
         let table = toml::Table::deserialize(toml::de::Deserializer::from(tree));
         let table = table.map_err(|e| self.type_error(&e))?;
         let text = match &self.options[..] {
@@ -102,8 +99,8 @@ impl Source {
     }
 
     /// Refuses a file that has no key of its kind, without showing its lines: they may be confidential.
-    fn refuse_foreign(&self, schema: &Json) -> Result<()> {
-        let keys = schema["properties"].as_object().into_iter().flatten();
+    fn refuse_foreign(&self, schema: &Schema) -> Result<()> {
+        let keys = schema.json["properties"].as_object().into_iter().flatten();
         let known: Vec<&str> = keys.map(|(key, _)| key.as_str()).collect();
         let mut lines = self.text[..self.file_length].trim_start_matches('\u{feff}').lines();
         let begins = |line: &str| {
@@ -116,7 +113,7 @@ impl Source {
         if lines.clone().any(begins) || lines.all(says_nothing) {
             return Ok(());
         }
-        let kind = schema["title"].as_str().unwrap_or("case").to_lowercase();
+        let kind = schema.json["title"].as_str().unwrap_or("case").to_lowercase();
         let text = format!(
             "{}: this is no {kind} of turbid: no line begins with a key of one\n  its keys are: {}",
             self.path,
@@ -131,7 +128,7 @@ impl Source {
     }
 
     /// An error that several places make together.
-    pub(crate) fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
+    pub fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
         let at_place = places.iter().find_map(|(span, _)| self.key_at(span));
         let in_title = || (title.split(['`', '[', ']']).nth(1).unwrap_or_default()).to_string();
         Error::Case {
@@ -143,7 +140,7 @@ impl Source {
     }
 
     /// `key` is `value`, but must be `wanted`.
-    pub(super) fn out_of_range(
+    pub fn out_of_range(
         &self,
         key: &str,
         span: &Range<usize>,
@@ -166,6 +163,14 @@ impl Source {
         }
         let document = DeTable::parse(&self.text[..self.file_length]).ok()?;
         innermost(&DeValue::Table(document.into_inner()), span)
+    }
+
+    /// The options: text, path of keys, and position.
+    pub fn options(&self) -> impl Iterator<Item = (&str, Vec<&str>, &Range<usize>)> {
+        self.options.iter().map(|option| {
+            let keys = option.keys.iter().map(|(_, key)| key.as_str()).collect();
+            (&self.text[option.span.clone()], keys, &option.span)
+        })
     }
 
     /// The option that a position is in.
@@ -245,7 +250,7 @@ impl Source {
     }
 
     /// The error of a text that is no TOML.
-    pub(crate) fn toml_error(&self, error: &toml::de::Error) -> Error {
+    pub(super) fn toml_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         if let Some((span, number)) = self.decimal_comma(span.start) {
             let title = "a number with a decimal comma";
@@ -262,7 +267,7 @@ impl Source {
     }
 
     /// An error in a value that the schema does not exclude.
-    pub(super) fn type_error(&self, error: &toml::de::Error) -> Error {
+    pub fn type_error(&self, error: &toml::de::Error) -> Error {
         let span = error.span().map_or(0..0, |span| self.visible(span));
         self.error(&span, error.message(), "here", "")
     }
