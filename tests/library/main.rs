@@ -19,5 +19,6 @@ mod schema;
 mod seeds;
 mod session;
 mod stress;
+mod tables;
 mod walls;
 mod writers;

@@ -1,8 +1,11 @@
 //! Random small cases, each on one rank and on random numbers of ranks: the same bits.
 
-use rand::{Rng, SeedableRng, seq::IndexedRandom};
+use rand::{Rng, SeedableRng, seq::IndexedRandom, seq::IteratorRandom};
 use rand_chacha::ChaCha8Rng;
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::sync::OnceLock;
 use turbid::case::{self, Setup};
 use turbid::comm::on_threads;
 use turbid::coupling::SolidOperator;
@@ -12,7 +15,7 @@ use turbid::simulation::Simulation;
 const CASES: u32 = 200;
 const STEPS: u64 = 24;
 
-const SHAPES: [&str; 9] = [
+const SHAPES: [&str; 10] = [
     "sphere = { diameter = 5e-4 }",
     "cube = { edge = 4e-4 }",
     "cuboid = { edges = [5e-4, 4e-4, 3e-4] }",
@@ -22,6 +25,7 @@ const SHAPES: [&str; 9] = [
     "polyhedron = { vertices = [[3e-4, 0, 0], [-3e-4, 0, 0], [0, 3e-4, 0], [0, -3e-4, 0], [0, 0, 3e-4], [0, 0, -3e-4]] }",
     "sphere = { diameter = 6e-4 }",
     "cube = { edge = 5e-4 }",
+    "superellipsoid = { axes = [5e-4, 5e-4, 4e-4], exponents = [0.6, 0.8] }",
 ];
 
 /// Those that lubrication knows.
@@ -33,6 +37,21 @@ const MOTIONS: [&str; 4] = [
     "motion = { velocity = { oscillation = { amplitude = [0, 0.03, 0.01], frequency = 120, phase = 30 } } }\n",
     "motion = { velocity = { table = [[0, 0, 0, 0.02], [0.004, 0.03, 0, 0]] }, free = [\"y\", \"rotation\"] }\n",
 ];
+
+/// The words that the schema of cases allows for a type: those of a new law are drawn without a change here.
+fn words(of: &str) -> &'static [String] {
+    static ALL: OnceLock<BTreeMap<&str, Vec<String>>> = OnceLock::new();
+    let all = ALL.get_or_init(|| {
+        let schema: Value = serde_json::from_str(&case::schema()).unwrap();
+        let read = |of: &'static str| {
+            let words =
+                schema["$defs"][of]["oneOf"].as_array().unwrap_or_else(|| panic!("the schema has {of}"));
+            (of, words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect())
+        };
+        ["ElasticLaw", "DampingLaw", "GeometryKind"].map(read).into()
+    });
+    &all[of]
+}
 
 /// A random case, in words; some are none, as their particles do not fit.
 fn draw(random: &mut ChaCha8Rng) -> String {
@@ -72,10 +91,20 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));
     let balance = ["mixture", "fluid_only"].choose(random).unwrap();
-    let film = if lubricated { "lubrication = { roughness = 1e-6 }\n" } else { "" };
+    let mut contact =
+        if lubricated { "lubrication = { roughness = 1e-6 }\n".to_string() } else { String::new() };
+    for (key, of) in [("law", "ElasticLaw"), ("damping", "DampingLaw"), ("geometry", "GeometryKind")] {
+        // Lubrication knows closed forms only.
+        let known = |word: &&String| !lubricated || *word != "sampled";
+        let word = words(of).iter().filter(known).choose(random).unwrap();
+        writeln!(contact, "{key} = \"{word}\"").unwrap();
+    }
+    if contact.contains("sampled") {
+        contact += "samples = 4\n";
+    }
     write!(
         text,
-        "[contact]\nsubsteps = {substeps}\n{film}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n\
+        "[contact]\nsubsteps = {substeps}\n{contact}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n\
          [run]\nend = {{ steps = {STEPS} }}\n"
     )
     .unwrap();
@@ -136,6 +165,18 @@ fn outcome(setup: &Setup, cut: &Decomposition) -> String {
         let what = error.split(':').next().unwrap_or_default();
         what.to_string()
     })
+}
+
+#[test]
+fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    let texts: String = (0..200).map(|_| draw(&mut random)).collect();
+    let laws = ["ElasticLaw", "DampingLaw", "GeometryKind"].into_iter().flat_map(words).map(String::as_str);
+    let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
+    let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
+    for word in quoted.chain(SHAPES.map(str::to_owned)) {
+        assert!(texts.contains(&word), "{word} was never drawn");
+    }
 }
 
 #[test]

@@ -133,7 +133,10 @@ fn a_cross_check_takes_any_program_and_knows_that_the_template_is_half_a_step_ah
     let said = place.well(&[&check[..], &["--engine", "python"]].concat());
     has(&said, &["Python template", "12 of 12 checks passed"]);
     let table = place.text("out/crosscheck.csv");
-    assert!(table.starts_with("case,quantity,native,python,analytic,"), "{table}");
+    assert!(
+        table.starts_with("case,quantity,measured,reference,tolerance,pass,source,native,other,analytic\n"),
+        "{table}"
+    );
     has(&table, &["half a step ahead"]);
     assert!(place.path("out/crosscheck.svg").exists() && place.path("out/logs").is_dir());
     let said = place.ends(3, &[&check[..], &["--engine-command", "python3", "spheres.py"]].concat());

@@ -1,26 +1,28 @@
-//! Drag on a body held, or moved at a constant velocity, in a periodic cube: one row of a table for each combination of the
-//! lists given as `key=a,b,...`. See the README of this folder.
+//! Drag on a body fixed, or moved at a constant velocity, in a periodic cube. See the README of this folder.
 //!
 //! Lattice units throughout.
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../combinations.rs"]
-mod combinations;
+#[path = "../harness.rs"]
+mod harness;
 
-use combinations::{Lists, random};
+use harness::{Pick, random, reported};
 use std::f64::consts::PI;
+use std::process::ExitCode;
 use std::sync::Arc;
 use turbid::comm::Comm;
 use turbid::coupling::{
-    Coupling, CouplingParams, ForceBalance, Homogenised, Method, Saturated, SolidOperator, SurfaceShift,
+    AnyFluid, Coupling, CouplingParams, ForceBalance, Homogenised, Method, Saturated, SolidOperator,
+    SurfaceShift,
 };
 use turbid::domain::{Decomposition, Domain};
-use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd};
+use turbid::fluid::{Boundary, Collision, FluidParams, Precision, Simd};
 use turbid::math::{Quat, Vec3, nalgebra::Quaternion};
 use turbid::particle::{Particle, ParticleStore, Template};
 use turbid::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere};
 use turbid::units::Units;
+use turbid_lab::checks::Check;
 
 /// Volume fractions and drag factors of simple-cubic arrays of spheres (Zick and Homsy 1982; others by an own solution with
 /// periodic Stokeslets, which agrees with theirs).
@@ -142,19 +144,8 @@ fn spheres(volume_fraction: f64) -> f64 {
 struct Outcome {
     /// Drag factor over its reference.
     drag: f64,
-    /// Force over the momentum fed into the fluid.
-    balance: f64,
     /// Standard deviation of the force over its mean.
     noise: f64,
-    /// Largest deviation.
-    extreme: f64,
-    /// Force across the flow over that along it.
-    across: f64,
-    /// Torque over force times radius.
-    torque: f64,
-    /// Volume on the lattice over the volume of the body.
-    volume: f64,
-    steps: u64,
 }
 
 fn measure(row: &Row) -> Outcome {
@@ -195,7 +186,8 @@ fn measure(row: &Row) -> Outcome {
     }
     let templates: Arc<[Template]> = Arc::new([Template { shape: shape.clone(), material: 0, density: 1.0 }]);
     let params = FluidParams { relaxation_time: row.tau, collision: row.collision, simd: Simd::best() };
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
+    let mut fluid =
+        AnyFluid::new(Precision::F64, &decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     let start = drift + along * speed;
     fluid.set_equilibrium(|_| (1.0, start.into()));
     let coupled = CouplingParams {
@@ -214,21 +206,18 @@ fn measure(row: &Row) -> Outcome {
     loop {
         let (mut sum, mut count) = (Vec3::zeros(), 0.0);
         let mut forces = Vec::new();
-        let (mut torque, mut solid) = (Vec3::zeros(), 0.0);
         for step in 0..interval {
             coupling.map(&store);
             let look = step % 7 == 0;
-            let flow = coupling.sweep(&mut fluid, (along * acceleration).into(), look);
+            let flow = fluid.sweep((along * acceleration).into(), &mut coupling, look);
             fluid.exchange();
             let load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
             let one = (1_u64 << 42) as f64;
             if let Some(flow) = flow {
                 sum += Vec3::from(flow.momentum.map(|p| p as f64 / one)) / volume;
-                solid += flow.solid as f64 / one;
                 count += 1.0;
             }
             forces.push(load.force);
-            torque += load.torque;
             let particle = &mut store.particles[0];
             particle.position = domain.wrap(particle.position() + particle.velocity()).into();
             steps += 1;
@@ -237,7 +226,7 @@ fn measure(row: &Row) -> Outcome {
         let change = (mean.z - before).abs() / speed;
         before = mean.z;
         steady = if change < 3e-4 { steady + 1 } else { 0 };
-        let passed = row.speed * steps as f64;
+        let passed = row.speed * f64::from(steps);
         if (steady >= 2 && (row.speed == 0.0 || passed > 3.0)) || steps > 200_000 {
             let n = forces.len() as f64;
             let force = forces.iter().sum::<Vec3>() / n;
@@ -250,86 +239,126 @@ fn measure(row: &Row) -> Outcome {
                 .enumerate()
                 .map(|(i, f)| f.z - force.z - slope * (i as f64 - 0.5 * (n - 1.0)))
                 .collect();
-            let mapped = solid / count;
             return Outcome {
                 drag: acceleration * volume / (6.0 * PI * nu * radius * mean.z) / expected,
-                balance: force.z / (acceleration * volume * (1.0 - row.volume_fraction)),
                 noise: (off.iter().map(|x| x * x).sum::<f64>() / n).sqrt() / force.z,
-                extreme: off.iter().fold(0.0_f64, |m, x| m.max(x.abs())) / force.z,
-                across: force.xy().norm() / force.z,
-                torque: torque.norm() / n / (force.z * radius),
-                volume: mapped / shape.volume(),
-                steps,
             };
         }
     }
 }
 
-fn main() {
-    let defaults = [
-        ("solids", "paper"),
-        ("magic", "0.125"),
-        ("tau", "0.55"),
-        ("n", "8"),
-        ("phi", "0.06545"),
-        ("shape", "sphere"),
-        ("rotated", "0"),
-        ("place", "0"),
-        ("speed", "0"),
-        ("re", "0.02"),
-        ("plane", "0.062"),
-        ("curvature", "0.4"),
-        ("edges", "0.12"),
-    ];
-    let Some(lists) = Lists::given(&defaults) else {
-        return;
+const SOURCE: &str = "Zick and Homsy (1982), doi:10.1017/S0022112082000627; cubes: own boundary elements";
+const OWN_GRID: &str = "the same with 32 cells, relaxation time 1";
+/// Keys and their defaults.
+const KEYS: [(&str, &str); 13] = [
+    ("solids", "paper"),
+    ("magic", "0.125"),
+    ("tau", "0.55"),
+    ("n", "8"),
+    ("phi", "0.06545"),
+    ("shape", "sphere"),
+    ("rotated", "0"),
+    ("place", "0"),
+    ("speed", "0"),
+    ("re", "0.02"),
+    ("plane", "0.062"),
+    ("curvature", "0.4"),
+    ("edges", "0.12"),
+];
+
+/// Kind of a row, by which results are summed up, and the row.
+fn quantity(pick: &Pick, what: &str) -> String {
+    let operators = match (pick.word("solids"), pick.word("magic")) {
+        ("paper", _) => "homogenised".to_string(),
+        ("sc3", "0.125") => "saturated".to_string(),
+        (operator, magic) => format!("saturated, {operator}, magic {magic}"),
     };
-    println!(
-        "solids,magic,tau,n,phi,shape,rotated,place,speed,re,drag_error,balance,noise,extreme,across,torque,volume,steps"
-    );
-    let keys = ["solids", "magic", "tau", "n", "phi", "shape", "rotated", "place", "speed", "re"];
-    // One for all, and no columns.
+    let bodies = match pick.word("shape") {
+        "sphere" => "spheres",
+        "cube" => "cubes",
+        _ => "other bodies",
+    };
+    let cells = match (bodies, pick.real("n") < 12.0) {
+        ("other bodies", _) => pick.named(&["n", "tau"]),
+        (_, true) => "below 12 cells".to_string(),
+        (_, false) => "12 cells and more".to_string(),
+    };
+    let inertia = if pick.real("re") >= 1.0 { format!(", {}", pick.named(&["re"])) } else { String::new() };
+    let row = pick.named(&["shape", "rotated", "tau", "n", "phi", "place", "speed"]);
+    format!("{what}, {operators}, {bodies}, {cells}{inertia}; {row}")
+}
+
+/// Drag over its reference, and the noise of the force on a body that moves.
+fn checks(pick: &Pick) -> Vec<Check> {
     let shift = SurfaceShift {
-        plane: lists.one("plane"),
-        curvature: lists.one("curvature"),
-        edges: lists.one("edges"),
+        plane: pick.real("plane"),
+        curvature: pick.real("curvature"),
+        edges: pick.real("edges"),
     };
-    for pick in lists.combinations(&keys) {
-        let saturated = |operator| Method::Saturated(Saturated { operator, shift });
-        let row = Row {
-            method: match pick.word("solids") {
-                "paper" => Method::Homogenised(Homogenised { ramp: 0.5 }),
-                "sc1" => saturated(SolidOperator::Sc1),
-                "sc2" => saturated(SolidOperator::Sc2),
-                "sc3" => saturated(SolidOperator::Sc3),
-                other => panic!("{other}"),
-            },
-            collision: if pick.word("magic") == "bgk" {
-                Collision::Bgk
-            } else {
-                Collision::Trt { magic: pick.real("magic") }
-            },
-            tau: pick.real("tau"),
-            resolution: pick.real("n"),
-            volume_fraction: pick.real("phi"),
-            body: pick.word("shape").into(),
-            rotated: pick.whole("rotated"),
-            place: pick.whole("place"),
-            speed: pick.real("speed"),
-            reynolds: pick.real("re"),
-        };
-        let o = measure(&row);
-        println!(
-            "{},{:+.2} %,{:.4},{:.2e},{:.2e},{:.1e},{:.1e},{:.4},{}",
-            pick.joined(&keys),
-            100.0 * (o.drag - 1.0),
-            o.balance,
-            o.noise,
-            o.extreme,
-            o.across,
-            o.torque,
-            o.volume,
-            o.steps
-        );
+    let saturated = |operator| Method::Saturated(Saturated { operator, shift });
+    let row = Row {
+        method: match pick.word("solids") {
+            "paper" => Method::Homogenised(Homogenised { ramp: 0.5 }),
+            "sc1" => saturated(SolidOperator::Sc1),
+            "sc2" => saturated(SolidOperator::Sc2),
+            "sc3" => saturated(SolidOperator::Sc3),
+            other => panic!("{other}"),
+        },
+        collision: match pick.word("magic") {
+            "bgk" => Collision::Bgk,
+            _ => Collision::Trt { magic: pick.real("magic") },
+        },
+        tau: pick.real("tau"),
+        resolution: pick.real("n"),
+        volume_fraction: pick.real("phi"),
+        body: pick.word("shape").into(),
+        rotated: pick.whole("rotated"),
+        place: pick.whole("place"),
+        speed: pick.real("speed"),
+        reynolds: pick.real("re"),
+    };
+    let Outcome { drag, noise } = measure(&row);
+    let slow = row.reynolds < 1.0;
+    let judged = pick.word("solids") == "sc3" && pick.word("magic") == "0.125" && row.resolution >= 12.0;
+    let name = quantity(pick, "drag over its reference");
+    let mut found = vec![match row.body.as_str() {
+        "sphere" if judged && slow => Check::new(name, drag, 1.0, 0.02, SOURCE),
+        "cube" if judged && slow => Check::new(name, drag, 1.0, 0.04, SOURCE),
+        _ => reported(name, drag, 1.0, SOURCE),
+    }];
+    if row.speed != 0.0 {
+        let name = quantity(pick, "noise of the force over its mean");
+        found.push(if judged && row.body == "sphere" {
+            Check::new(name, noise, 0.0, 0.01, "none")
+        } else {
+            reported(name, noise, 0.0, "none")
+        });
     }
+    found
+}
+
+/// Holds other bodies against the same with 32 cells.
+fn against_own_grid(all: &mut [(Pick, Vec<Check>)]) {
+    let finest = |pick: &Pick| pick.word("n") == "32";
+    let limits: Vec<(Pick, f64)> = all
+        .iter()
+        .filter(|(pick, _)| finest(pick))
+        .map(|(pick, checks)| (pick.clone(), checks[0].measured))
+        .collect();
+    for (pick, checks) in all.iter_mut().filter(|(pick, _)| !finest(pick)) {
+        let body = |other: &Pick| ["shape", "rotated"].iter().all(|key| pick.word(key) == other.word(key));
+        let Some((_, limit)) = limits.iter().find(|(other, _)| body(other)) else { continue };
+        let (name, drag) = (checks[0].quantity.clone(), checks[0].measured / limit);
+        let part = if pick.real("n") < 20.0 { 0.03 } else { 0.015 };
+        checks[0] = if pick.word("solids") == "sc3" {
+            Check::new(name, drag, 1.0, part, OWN_GRID)
+        } else {
+            reported(name, drag, 1.0, OWN_GRID)
+        };
+    }
+}
+
+fn main() -> ExitCode {
+    let question = "drag of a body in a periodic cube over its reference";
+    harness::main("drag", question, include_str!("rows.txt"), &KEYS, checks, against_own_grid)
 }

@@ -1,31 +1,34 @@
-//! Force and torque on spheres and spheroids held at a small gap from each other or from a wall while they move: one row of a table for each
-//! combination of the lists given as `key=a,b,...`. See the README of this folder.
+//! Force and torque on spheres and spheroids fixed at a small gap from each other or from a wall while they move. See the README of this
+//! folder.
 //!
 //! Lattice units throughout.
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../combinations.rs"]
-mod combinations;
+#[path = "../harness.rs"]
+mod harness;
 
-use combinations::{Lists, random};
+use harness::{Pick, random, reported};
 use std::f64::consts::PI;
+use std::process::ExitCode;
 use std::sync::Arc;
 use turbid::comm::Comm;
 use turbid::contact::Lubrication;
 use turbid::contact::lubrication::{Side, Unresolved};
 use turbid::contact::nearest::Ellipsoidal;
 use turbid::coupling::{
-    Coupling, CouplingParams, ForceBalance, Homogenised, LatticeWalls, Method, Saturated, SolidOperator,
+    AnyFluid, Coupling, CouplingParams, ForceBalance, Homogenised, LatticeWalls, Method, Saturated,
+    SolidOperator,
 };
 use turbid::dem::Load;
 use turbid::domain::{Decomposition, Domain};
-use turbid::fluid::{Boundary, Collision, Fluid, FluidParams, Simd};
+use turbid::fluid::{Boundary, Collision, FluidParams, Precision, Simd};
 use turbid::math::{Quat, Vec3};
 use turbid::particle::{Particle, ParticleStore, Template};
 use turbid::shape::{Ellipsoid, Shape, Sphere};
 use turbid::units::Units;
 use turbid::wall::{Motion, Surface, Wall};
+use turbid_lab::checks::Check;
 
 /// One row: what is computed.
 struct Row {
@@ -68,7 +71,6 @@ struct Outcome {
     full_torque: f64,
     /// Reduced radius of spheroids (cells).
     reduced: f64,
-    steps: u64,
 }
 
 /// The exact force of [`Outcome`], if it is known; of spheroids, that of spheres with the same reduced radius (cells), whose singular
@@ -187,7 +189,7 @@ fn measure(row: &Row) -> Outcome {
         collision: Collision::Trt { magic: 0.125 },
         simd: Simd::best(),
     };
-    let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &boundary).unwrap();
+    let mut fluid = AnyFluid::new(Precision::F64, &decomposition, &Comm::Solo, &params, &boundary).unwrap();
     let coupled = CouplingParams {
         units,
         method: row.method,
@@ -205,7 +207,7 @@ fn measure(row: &Row) -> Outcome {
         let mut sum = Load::default();
         for _ in 0..interval {
             coupling.map(&store);
-            coupling.sweep(&mut fluid, [0.0; 3], false);
+            fluid.sweep([0.0; 3], &mut coupling, false);
             fluid.exchange();
             sum += coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
             steps += 1;
@@ -247,67 +249,85 @@ fn measure(row: &Row) -> Outcome {
                 added.map_or((0.0, 0.0), |action| (action.force.dot(&way), action.torques[0].dot(&turning)));
             let full_force = force + more / (6.0 * PI * nu * radius * speed);
             let full_torque = torque + turn / (8.0 * PI * nu * radius * radius * speed);
-            return Outcome { force, torque, full_force, full_torque, reduced: gap.reduced, steps };
+            return Outcome { force, torque, full_force, full_torque, reduced: gap.reduced };
         }
     }
 }
 
-fn main() {
-    let defaults = [
-        ("solids", "saturated"),
-        ("with", "1"),
-        ("motion", "squeeze"),
-        ("tau", "0.65"),
-        ("n", "12"),
-        ("gap", "1"),
-        ("oblique", "0"),
-        ("place", "1"),
-        ("room", "4"),
-        ("stretch", "1"),
-        ("tilt", "0"),
-    ];
-    let Some(lists) = Lists::given(&defaults) else {
-        return;
+const SOURCE: &str = "Brenner (1961), doi:10.1016/0009-2509(61)80035-3; along a wall O'Neill and Stewartson (1967), doi:10.1017/S0022112067002551";
+const SPHERES: &str = "spheres with the same reduced radius, whose force has the same singular part";
+/// Of the force.
+const TOLERANCE: f64 = 0.05;
+/// Keys and their defaults.
+const KEYS: [(&str, &str); 11] = [
+    ("solids", "saturated"),
+    ("with", "1"),
+    ("motion", "squeeze"),
+    ("tau", "0.65"),
+    ("n", "12"),
+    ("gap", "1"),
+    ("oblique", "0"),
+    ("place", "1"),
+    ("room", "4"),
+    ("stretch", "1"),
+    ("tilt", "0"),
+];
+
+/// Force with lubrication and of the lattice alone against the exact one, and torques where there are any.
+fn checks(pick: &Pick) -> Vec<Check> {
+    let row = Row {
+        method: match pick.word("solids") {
+            "homogenised" => Method::Homogenised(Homogenised { ramp: 0.5 }),
+            "saturated" => Method::Saturated(Saturated::new(SolidOperator::Sc3)),
+            other => panic!("{other}"),
+        },
+        tau: pick.real("tau"),
+        resolution: pick.real("n"),
+        ratio: (pick.word("with") != "wall").then(|| pick.real("with")),
+        motion: pick.word("motion").into(),
+        gap: pick.real("gap"),
+        place: pick.whole("place"),
+        oblique: pick.word("oblique") != "0",
+        room: pick.real("room"),
+        stretch: pick.real("stretch"),
+        tilt: pick.real("tilt"),
     };
-    println!(
-        "solids,with,motion,tau,n,gap,oblique,place,room,stretch,tilt,force,torque,full_force,full_torque,exact,resolved_error,full_error,steps"
-    );
-    let keys = ["solids", "with", "motion", "tau", "n", "gap", "oblique", "place", "room", "stretch", "tilt"];
-    for pick in lists.combinations(&keys) {
-        let row = Row {
-            method: match pick.word("solids") {
-                "homogenised" => Method::Homogenised(Homogenised { ramp: 0.5 }),
-                "saturated" => Method::Saturated(Saturated::new(SolidOperator::Sc3)),
-                other => panic!("{other}"),
-            },
-            tau: pick.real("tau"),
-            resolution: pick.real("n"),
-            ratio: (pick.word("with") != "wall").then(|| pick.real("with")),
-            motion: pick.word("motion").into(),
-            gap: pick.real("gap"),
-            place: pick.whole("place"),
-            oblique: pick.word("oblique") != "0",
-            room: pick.real("room"),
-            stretch: pick.real("stretch"),
-            tilt: pick.real("tilt"),
-        };
-        let o = measure(&row);
-        let exact = exact(&row, o.reduced);
-        let percent = |force: f64| match exact {
-            Some(exact) if row.is_of_spheres() => format!("{:+.1} %", 100.0 * (force / exact - 1.0)),
-            _ => String::new(),
-        };
-        let name = pick.joined(&keys);
-        println!(
-            "{name},{:.4},{:.4},{:.4},{:.4},{},{},{},{}",
-            o.force,
-            o.torque,
-            o.full_force,
-            o.full_torque,
-            exact.map_or(String::new(), |exact| format!("{exact:.4}")),
-            percent(o.force),
-            percent(o.full_force),
-            o.steps
-        );
+    let found = measure(&row);
+    let exact = exact(&row, found.reduced);
+    let spheres = row.is_of_spheres();
+    let partner = if row.ratio.is_some() { "pairs" } else { "at a wall" };
+    let low = if row.tau < 0.6 { ", tau below 0.6" } else { "" };
+    let bodies = if spheres { "spheres" } else { "spheroids" };
+    let name = |what: &str| {
+        let kind = format!("{what}, {}, {}, {bodies} {partner}{low}", pick.word("solids"), row.motion);
+        let keys = ["tau", "n", "gap", "oblique", "place", "room", "stretch", "tilt"];
+        format!("{kind}; {}", pick.named(&keys))
+    };
+    let (force, alone) = (name("force"), name("force of the lattice alone"));
+    let judged = |force: String, measured: f64, exact: f64| {
+        if spheres {
+            Check::new(force, measured, exact, TOLERANCE * exact, SOURCE)
+        } else {
+            reported(force, measured, exact, SPHERES)
+        }
+    };
+    let nan = exact.unwrap_or(f64::NAN);
+    let mut checks = vec![
+        exact.map_or_else(
+            || reported(force.clone(), found.full_force, f64::NAN, ""),
+            |exact| judged(force.clone(), found.full_force, exact),
+        ),
+        reported(alone, found.force, nan, if spheres { SOURCE } else { SPHERES }),
+    ];
+    if row.motion != "squeeze" {
+        checks.push(reported(name("torque"), found.full_torque, f64::NAN, ""));
+        checks.push(reported(name("torque of the lattice alone"), found.torque, f64::NAN, ""));
     }
+    checks
+}
+
+fn main() -> ExitCode {
+    let question =
+        "force on bodies in narrow gaps, with lubrication, over 6 pi mu a U; torque over 8 pi mu a^2 U";
+    harness::main("lubrication", question, include_str!("rows.txt"), &KEYS, checks, |_| ())
 }

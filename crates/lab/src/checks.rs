@@ -9,7 +9,7 @@
 mod files;
 mod tables;
 
-pub use files::{csv, json, prepare, write_bars, write_json, write_plots, write_tables};
+pub use files::{csv, json, prepare, read_csv, write_bars, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value as Json;
@@ -34,7 +34,7 @@ pub fn is_same(known: &Json, wanted: &Json) -> bool {
 /// Name of an engine that the native one is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EngineName {
-    /// In files and as the key of its values.
+    /// In names of files.
     pub id: &'static str,
     /// In tables and plots.
     pub label: &'static str,
@@ -43,9 +43,8 @@ pub struct EngineName {
 /// One number against its reference.
 ///
 /// Keys of its JSON and heads of its CSV, both stable: `case` (left out where there is none), `quantity`, `measured`,
-/// `reference`, `tolerance`, `pass`, `source`; of one with [`engines`](Self::engines) `case`, `quantity`, `native`,
-/// `liggghts` (or the [id](EngineName::id) of another engine), `analytic`, `difference`, `tolerance`, `reason`, `pass`. Numbers that are
-/// not finite are `null` in JSON.
+/// `reference`, `tolerance`, `pass`, `source`; one that compares engines has `native`, `other` and `analytic` beside them. Numbers that
+/// are not finite are `null` in JSON.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Check {
     /// Name of the case; may be empty.
@@ -53,13 +52,6 @@ pub struct Check {
     pub case: String,
     /// Name of the quantity, with its unit.
     pub quantity: String,
-    /// Values of the native engine, of the other engine and of theory, if it compares the engines; `measured` is then the difference
-    /// that counts, absolute or relative as `source` says, and `reference` zero, or the difference that is known.
-    #[serde(skip)]
-    pub engines: Option<[Option<f64>; 3]>,
-    /// Id of the other engine.
-    #[serde(skip)]
-    pub other: &'static str,
     /// Measured value; NaN if there is none.
     #[serde(deserialize_with = "or_nan")]
     pub measured: f64,
@@ -73,6 +65,10 @@ pub struct Check {
     pub pass: bool,
     /// Source of the reference (author, year, DOI), or kind of the difference with the reason for its tolerance.
     pub source: String,
+    /// Values of the native engine, of the other engine and of theory, if it compares the engines; `measured` is then the difference
+    /// that counts, absolute or relative as `source` says, and `reference` zero, or the difference that is known.
+    #[serde(skip)]
+    pub engines: Option<[Option<f64>; 3]>,
 }
 
 fn or_nan<'de, D: Deserializer<'de>>(from: D) -> std::result::Result<f64, D::Error> {
@@ -95,13 +91,12 @@ impl Check {
         Self {
             case: String::new(),
             quantity: quantity.into(),
-            engines: None,
-            other: "",
             measured,
             reference,
             tolerance,
             pass: (measured - reference).abs() <= tolerance,
             source: source.into(),
+            engines: None,
         }
     }
 
@@ -142,26 +137,20 @@ impl Check {
 
 impl Serialize for Check {
     fn serialize<S: Serializer>(&self, serializer: S) -> std::result::Result<S::Ok, S::Error> {
-        let Self { case, quantity, engines, other, measured, reference, tolerance, pass, source } = self;
-        let mut row = serializer.serialize_struct("Check", 9)?;
-        if !case.is_empty() {
-            row.serialize_field("case", case)?;
+        let mut row = serializer.serialize_struct("Check", 10)?;
+        if !self.case.is_empty() {
+            row.serialize_field("case", &self.case)?;
         }
-        row.serialize_field("quantity", quantity)?;
-        if let Some([native, value, analytic]) = engines {
+        row.serialize_field("quantity", &self.quantity)?;
+        row.serialize_field("measured", &self.measured)?;
+        row.serialize_field("reference", &self.reference)?;
+        row.serialize_field("tolerance", &self.tolerance)?;
+        row.serialize_field("pass", &self.pass)?;
+        row.serialize_field("source", &self.source)?;
+        if let Some([native, other, analytic]) = &self.engines {
             row.serialize_field("native", native)?;
-            row.serialize_field(other, value)?;
+            row.serialize_field("other", other)?;
             row.serialize_field("analytic", analytic)?;
-            row.serialize_field("difference", measured)?;
-            row.serialize_field("tolerance", tolerance)?;
-            row.serialize_field("reason", source)?;
-            row.serialize_field("pass", pass)?;
-        } else {
-            row.serialize_field("measured", measured)?;
-            row.serialize_field("reference", reference)?;
-            row.serialize_field("tolerance", tolerance)?;
-            row.serialize_field("pass", pass)?;
-            row.serialize_field("source", source)?;
         }
         row.end()
     }
@@ -251,7 +240,7 @@ impl Outcome {
     ) -> Self {
         if let Ending::Found(found) = &mut ending {
             for check in &mut found.checks {
-                (check.case, check.other) = (case.to_string(), engine.unwrap_or_default().id);
+                check.case = case.to_string();
             }
         }
         Self { case: case.to_string(), title: title.to_string(), engine, seconds, ending }
@@ -279,7 +268,7 @@ impl Outcome {
             Ending::Failed(error) => {
                 let failed = Check::failed("completes", error.to_string());
                 let (case, engines) = (self.case.clone(), self.engine.map(|_| [None; 3]));
-                vec![Check { case, engines, other: self.engine.unwrap_or_default().id, ..failed }]
+                vec![Check { case, engines, ..failed }]
             }
             Ending::Stopped | Ending::Missing(_) => Vec::new(),
         }

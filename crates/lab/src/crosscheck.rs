@@ -4,7 +4,6 @@ mod against;
 mod compare;
 pub mod files;
 mod free_flight;
-mod gas;
 mod impacts;
 mod oblique;
 pub mod own_case;
@@ -12,7 +11,6 @@ mod pair;
 mod periodic;
 mod polyhedra;
 mod record;
-mod replay;
 mod settling;
 mod statics;
 mod system;
@@ -114,21 +112,14 @@ pub const CASES: &[Case] = &[
         free_flight::loaded,
     ),
     Case::new(
-        "gas",
-        "gas of 512 spheres of five sizes: momentum, energy, early agreement, cooling",
-        gas::gas,
-    ),
-    Case::new(
         "settling-box",
         "1000 dry spheres settle in a box: height, contacts, forces on walls",
         settling::settling,
     ),
-    Case::new("replay", "recorded loads of four-way runs, replayed through both engines", replay::replay),
     Case::new("cube-plane", "overlaps of 20 cubes with a plane: face, edge, corner", polyhedra::cube_plane),
     Case::new("cube-cube", "overlaps of 100 pairs of cubes: faces, edges, corners", polyhedra::cube_cube),
     Case::new("polyhedra", "overlaps of 100 pairs of irregular polyhedra", polyhedra::irregular_pairs),
     Case::new("inertia", "principal moments of a cube and ten polyhedra", polyhedra::moments_of_inertia),
-    Case::new("rebound", "energy of cubes after impacts on others", polyhedra::rebound),
 ];
 
 /// The suite, one line for each case.

@@ -230,7 +230,7 @@ fn a_program_without_the_second_engine_says_how_to_build_it_and_writes_nothing()
 #[test]
 fn the_cross_check_lists_its_cases_with_and_without_the_second_engine() {
     let said = Place::empty().well(&["crosscheck", "--list"]);
-    has(&said, &["static-pair", "replay"]);
+    has(&said, &["static-pair", "settling-box"]);
 }
 
 #[test]

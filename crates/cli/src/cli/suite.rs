@@ -20,14 +20,14 @@ pub(super) fn chosen(known: &[&str], names: &[String]) -> Result<Vec<usize>> {
 mod tests {
     use super::*;
 
-    const KNOWN: [&str; 3] = ["replay", "shear", "static-pair"];
+    const KNOWN: [&str; 3] = ["sliding", "spin", "static-pair"];
 
     #[test]
     fn a_misspelt_case_is_an_error_that_names_the_nearest_and_all_others() {
         let error = |name: &str| chosen(&KNOWN, &[name.to_string()]).expect_err("no such case");
-        let text = error("replya").to_string();
-        assert_eq!(error("replya").exit_code(), 2);
-        assert!(text.contains("did you mean `replay`?") && text.contains("known here: "), "{text}");
+        let text = error("slidign").to_string();
+        assert_eq!(error("slidign").exit_code(), 2);
+        assert!(text.contains("did you mean `sliding`?") && text.contains("known here: "), "{text}");
         assert!(!error("qqqq").to_string().contains("did you mean"));
     }
 

@@ -26,7 +26,7 @@ pub fn json(outcomes: &[Outcome]) -> String {
     text
 }
 
-/// A row for each check, below a header. The cases must be of one kind, all of engines or none.
+/// A row for each check, below a header. All of them compare engines, or none.
 pub fn csv(checks: &[Check]) -> Vec<u8> {
     let mut table = csv::Writer::from_writer(Vec::new());
     for check in checks {
@@ -35,20 +35,23 @@ pub fn csv(checks: &[Check]) -> Vec<u8> {
     table.into_inner().expect("memory takes any row")
 }
 
+/// The checks of a table that [`csv()`] has written; errors in words.
+pub fn read_csv(text: &str) -> std::result::Result<Vec<Check>, String> {
+    let mut table = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    table.deserialize().collect::<std::result::Result<_, _>>().map_err(|error| error.to_string())
+}
+
 /// Writes [`json`] to a file.
 pub fn write_json(path: &Path, outcomes: &[Outcome]) -> Result<()> {
     write_bytes(path, json(outcomes).as_bytes())
 }
 
-/// Writes `NAME.csv`, `NAME.json` and, of checks that do not compare engines, `NAME.md`.
+/// Writes `NAME.csv`, `NAME.json` and `NAME.md`.
 pub fn write_tables(directory: &Path, name: &str, outcomes: &[Outcome]) -> Result<()> {
     let file = |ending: &str| directory.join(format!("{name}.{ending}"));
     let checks = all(outcomes);
     write_json(&file("json"), outcomes)?;
     write_bytes(&file("csv"), &csv(&checks))?;
-    if outcomes.iter().any(|outcome| outcome.engine.is_some()) {
-        return Ok(());
-    }
     write_bytes(&file("md"), markdown(&checks).as_bytes())
 }
 

@@ -117,8 +117,18 @@ fn the_json_is_a_list_of_objects_with_the_promised_keys() {
     let outcomes = [outcome(vec![check("far", Some(0.1 + 0.2), 0.3, f64::INFINITY)]), broken()];
     let list: serde_json::Value = serde_json::from_str(&json(&outcomes)).unwrap();
     let keys = |row: &serde_json::Value| row.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    let mut expected =
-        ["case", "quantity", "native", "liggghts", "analytic", "difference", "tolerance", "reason", "pass"];
+    let mut expected = [
+        "case",
+        "quantity",
+        "measured",
+        "reference",
+        "tolerance",
+        "pass",
+        "source",
+        "native",
+        "other",
+        "analytic",
+    ];
     expected.sort_unstable();
     for row in list.as_array().unwrap() {
         let mut keys = keys(row);
@@ -127,8 +137,8 @@ fn the_json_is_a_list_of_objects_with_the_promised_keys() {
     }
     assert_eq!(list[0]["native"].as_f64(), Some(0.1 + 0.2));
     assert!(list[0]["tolerance"].is_null() && list[0]["analytic"].is_null() && list[0]["pass"] == true);
-    assert!(list[1]["difference"].is_null() && list[1]["pass"] == false);
-    assert!(list[1]["reason"].as_str().unwrap().contains("signal 9"));
+    assert!(list[1]["measured"].is_null() && list[1]["pass"] == false);
+    assert!(list[1]["source"].as_str().unwrap().contains("signal 9"));
 }
 
 #[test]
@@ -141,8 +151,8 @@ fn the_csv_has_one_row_for_each_check_and_survives_commas_and_quotes() {
     assert_eq!(&reader.headers().unwrap()[0], "case");
     let rows: Vec<csv::StringRecord> = reader.records().map(std::result::Result::unwrap).collect();
     assert_eq!(rows.len(), 3);
-    assert_eq!((&rows[0][1], &rows[0][2], &rows[0][7]), ("a, b", "1.25", "rounding, \"alone\""));
-    assert_eq!((&rows[1][2], &rows[2][8]), ("", "false"));
+    assert_eq!((&rows[0][1], &rows[0][7], &rows[0][6]), ("a, b", "1.25", "rounding, \"alone\""));
+    assert_eq!((&rows[1][7], &rows[2][5]), ("", "false"));
 }
 
 fn overlay(names: &[&str]) -> Overlay {

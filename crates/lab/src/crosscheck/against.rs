@@ -56,9 +56,6 @@ const KNOWN: &[(&str, &str, &str, f64, f64, &str)] = &[
     ("yade", "force-history", "whole history", 0.0, 0.14, NO_PULL),
     ("yade", "force-history", "force off the law", 0.0, 0.14, NO_PULL),
     ("yade", "force-history", "end of the contact", 0.0, 13.0, NO_PULL),
-    ("yade", "gas", "velocities after 1 ms", 0.0, 2e-3, NO_PULL),
-    ("yade", "gas", "temperature over that at the start after 3 ms, e = 0.9", 0.0, 9.8e-2, PARTED),
-    ("yade", "gas", "temperature over that at the start after 5 ms, e = 0.9", 0.0, 9.8e-2, PARTED),
     ("python", "free-flight", "position", 0.0, 2.5e-4, HALF_A_STEP),
 ];
 const ROUNDING: &str =
@@ -67,8 +64,6 @@ const SOFT_WALL: &str = "YADE takes a wall for a sphere of the same radius, so t
 const FITTED: &str = "YADE's force never pulls; its fit of the damping to the restitution, which allows for that, is good to 2e-3";
 const NO_PULL: &str =
     "YADE's force never pulls, so its damping is stronger for the same restitution; most at e = 0.5";
-const PARTED: &str =
-    "YADE's damping is another one, so the spheres have parted: the limit is that of gases that have";
 const HALF_A_STEP: &str = "positions move with the velocity after the kick: half a step ahead";
 
 /// The engine that the native one is compared with.

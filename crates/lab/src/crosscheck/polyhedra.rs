@@ -1,7 +1,6 @@
-//! Polyhedra: volume and centroid of overlaps, principal moments of inertia, and what is left of the energy of an impact.
+//! Polyhedra: volume and centroid of overlaps, principal moments of inertia.
 //!
-//! Bodies without forces are brought together from where they are apart, since programs follow contacts from step to step. Laws and
-//! normals of contact are each program's own, so that rebounds are only reported.
+//! Bodies without forces are brought together from where they are apart, since programs follow contacts from step to step.
 
 use super::prelude::*;
 use super::system::OWN;
@@ -34,8 +33,6 @@ const CLOSED: Limit =
     (1e-9, "relative, worst of all overlaps and both engines, to the closed form: as between the engines");
 const MOMENTS: Limit =
     (1e-12, "relative, worst of all bodies and axes: rounding of sums over some 50 tetrahedra");
-const REBOUND: Limit =
-    (f64::INFINITY, "reported only: a normal that is no gradient of the volume does not conserve energy");
 
 /// Ways in which a cube meets another one, and the number of each.
 const CUBES: [(&str, usize); 6] = [
@@ -376,38 +373,5 @@ pub(super) fn moments_of_inertia(against: &Against) -> Result<Findings> {
     let mut findings = Findings::default();
     let quantity = "principal moments of 11 bodies, from spins; shown: spin of the second about a (1/s)";
     findings.given(quantity, values, off(&spins[0]).max(off(&spins[1])), MOMENTS);
-    Ok(findings)
-}
-
-/// A cube falls on one at rest, face on face, shifted along both edges; without damping and friction.
-pub(super) fn rebound(against: &Against) -> Result<Findings> {
-    let shifts = [[0.0, 0.0], [0.3, 0.2], [0.4, 0.0]];
-    let meeting = |[x, y]: [f64; 2]| {
-        let (upper, aside) = ((0, Quat::identity()), Vec3::new(x, y, 0.0) * EDGE);
-        Meeting { kind: 0, lower: Some(upper), upper, aside, away: Vec3::z() }
-    };
-    let meetings = shifts.map(meeting);
-    let templates: Arc<[Template]> = vec![cube()].into();
-    let mut system = system("rebound", &templates, &meetings, |_| 1.001 * EDGE, 0.1, 3e4);
-    system.substeps = 5;
-    let energy = |p: &Particle| {
-        let (mass, inertia) = (templates[0].mass(), templates[0].inertia().x);
-        mass * p.velocity().norm_squared() + inertia * p.angular_velocity().norm_squared()
-    };
-    let loads = vec![Load::default(); system.particles.len()];
-    let mut left = [Vec::new(), Vec::new()];
-    for (left, mut engine) in left.iter_mut().zip([system.native()?, against.engine(&system)?]) {
-        for _ in 0..300 {
-            engine.advance(&Comm::Solo, &loads, STEP)?;
-        }
-        let after: Vec<f64> = engine.particles().owned().iter().map(energy).collect();
-        *left = after.chunks(2).map(|pair| pair.iter().sum::<f64>() / energy(&system.particles[1])).collect();
-    }
-    let mut findings = Findings::default();
-    for (n, [x, y]) in shifts.into_iter().enumerate() {
-        let values = [left[0][n], left[1][n], 1.0];
-        let quantity = format!("energy after a rebound over that before, shifted by ({x}, {y}) edges (-)");
-        findings.given(quantity, values.map(Some), worst(values.map(|value| (value - 1.0).abs())), REBOUND);
-    }
     Ok(findings)
 }

@@ -1,4 +1,4 @@
-//! Theory of impacts and gases: closed forms, or the equations of motion integrated on their own.
+//! Theory of impacts: closed forms, or the equations of motion integrated on their own.
 //!
 //! Two spheres that meet head-on, with reduced mass `m*`, depth `d` and speed of approach `v = d'`:
 //!
@@ -15,13 +15,11 @@
 //! Hertz (1882); Tsuji, Tanaka and Ishida (1992), doi:10.1016/0032-5910(92)88030-L; Hunt and Crossley (1975),
 //! doi:10.1115/1.3423596, with the damping of Carvalho and Martins (2019), doi:10.1016/j.mechmachtheory.2019.03.028.
 
-mod gas;
 mod oblique;
 
 use std::f64::consts::PI;
 use turbid::contact::Material;
 
-pub(super) use gas::Mixture;
 pub(super) use oblique::slide;
 
 /// Steps of the integration over the duration of an elastic impact.
@@ -61,11 +59,6 @@ impl Hertz {
     /// Force at a depth (N).
     pub(super) fn force(&self, depth: f64) -> f64 {
         self.stiffness() * depth * depth.sqrt()
-    }
-
-    /// Energy stored at a depth (J).
-    pub(super) fn energy(&self, depth: f64) -> f64 {
-        0.4 * self.stiffness() * depth * depth * depth.sqrt()
     }
 
     /// Largest depth of an elastic impact (m), `(5 m* v^2 / (4 K))^(2/5)`.
