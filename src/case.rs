@@ -76,7 +76,7 @@ pub struct Setup {
     pub motions: Vec<PrescribedMotion>,
     /// From the axes of the body to those in which the case gives its shape, for each template.
     pub frames: Vec<Quat>,
-    /// Initial state of all particles, ascending ids.
+    /// State of all particles at the start, ascending ids; during a run ask the simulation.
     pub particles: Vec<Particle>,
     /// Diameter of the sphere of equal volume, of the first kind of particle (m).
     pub diameter: f64,
@@ -120,13 +120,15 @@ impl Setup {
 
     /// Weight less buoyancy (N) of all particles, in the directions in which forces move them.
     pub fn submerged_weight(&self) -> Vec3 {
-        let of = |particle: &Particle| {
-            let index = particle.template as usize;
-            let (template, free) = (&self.templates[index], self.motions[index].free);
-            let weight = (template.density - self.fluid_density()) * template.shape.volume() * self.gravity;
-            Vec3::from_fn(|axis, _| if free[axis] { weight[axis] } else { 0.0 })
-        };
-        self.particles.iter().map(of).sum()
+        self.particles.iter().map(|particle| self.submerged_weight_of(particle.template as usize)).sum()
+    }
+
+    /// The same of a particle of a template.
+    pub fn submerged_weight_of(&self, template: usize) -> Vec3 {
+        let (Template { density, shape, .. }, free) =
+            (&self.templates[template], self.motions[template].free);
+        let weight = (density - self.fluid_density()) * shape.volume() * self.gravity;
+        Vec3::from_fn(|axis, _| if free[axis] { weight[axis] } else { 0.0 })
     }
 
     /// The `[[particles]]` sections whose motion is prescribed, at least in part, ascending.

@@ -11,6 +11,7 @@ mod failure;
 mod identity;
 mod measure;
 mod observe;
+mod population;
 mod references;
 mod run;
 mod saved;
@@ -47,6 +48,7 @@ pub use measure::Measurement;
 #[doc(hidden)]
 pub use observe::device_name;
 pub use observe::{Sums, Totals, instruction_set};
+use population::Counts;
 pub use references::{Law, Suspension, settling_references};
 #[doc(hidden)]
 pub use run::on_ranks;
@@ -87,6 +89,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 ///                                         |                                |
 ///                                         v                                |
 ///   particles  loads  fields  measure  wall_loads  write_checkpoint -------+
+///   set_particles  insert  remove
 /// ```
 ///
 /// ```
@@ -125,6 +128,7 @@ pub struct Simulation {
     contacts: bool,
     templates: Arc<[Template]>,
     domain: Domain,
+    counts: Counts,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -184,13 +188,13 @@ impl FluidSystem {
             simd: setup.plan.instruction_set(),
         };
         let reach = templates.iter().map(|template| template.shape.circumradius()).fold(0.0, f64::max);
-        let each = || setup.particles.iter().map(|particle| &templates[particle.template as usize]);
+        let (submerged_weight, particle_volume) = Counts::of(setup).weight_and_volume();
         let driving = DrivingParams {
             units,
             volume: cells * (units.dx * units.dx * units.dx),
             periodic: setup.domain.periodic(),
-            submerged_weight: setup.submerged_weight(),
-            particle_volume: each().map(|t| t.shape.volume()).sum(),
+            submerged_weight,
+            particle_volume,
             balance: of.force_balance,
             control_rate: of.zero_net_flux.map(|on| if on { of.control_rate } else { 0.0 }).into(),
             prescribed: std::array::from_fn(|axis| setup.motions.iter().any(|motion| !motion.free[axis])),
@@ -253,6 +257,7 @@ impl Simulation {
             contacts: setup.contact.is_some(),
             templates: setup.templates.clone(),
             domain: setup.domain,
+            counts: Counts::of(setup),
         })
     }
 

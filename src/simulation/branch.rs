@@ -5,6 +5,7 @@
 
 use super::checkpointer::{Shared, means_the_same, refuse_end, saved_head};
 use super::identity::{physics, run_id};
+use super::population::Counts;
 use super::{Simulation, identity};
 use crate::case::{self, Setup};
 use crate::checkpoint::{CaseText, Head};
@@ -122,6 +123,13 @@ impl Branch {
                 Ok(())
             },
         )?;
+        // Placed at random they are known by their number alone.
+        let placed = Counts::of(setup);
+        if simulation.counts() != placed.start() {
+            let (then, now) = (simulation.counts(), placed.start());
+            let what = format!("the particles of each kind were {then:?} and would be {now:?}");
+            return Err(Error::Agreed { code: 2, text: cannot_continue(&what).to_string() });
+        }
         simulation.begin_anew();
         let origin = format!("{} at step {}", shared.run.as_deref().unwrap_or("?"), simulation.step);
         Ok((run_id(setup, &origin), skipped))

@@ -4,7 +4,7 @@ use super::observe::own_fields;
 use super::{Fields, Simulation, run};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::dem::states::{self, Limits};
+use crate::dem::states;
 use crate::dem::{Ballistic, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
@@ -146,16 +146,8 @@ impl Simulation {
     /// [`Error::Unsupported`] from an engine of which no states can be set.
     pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
         let saved = self.comm.agree(self.dem.save())?;
-        let limits = Limits {
-            templates: &self.templates,
-            domain: self.domain,
-            time_step: self.units.dt,
-            walls: &self.walls,
-            time: self.time(),
-            solid: self.contacts || self.caller_moves,
-            continuous: self.caller_moves && self.step > 0,
-        };
-        let parts = states::replace(self.dem.name(), &self.comm.all_gather(saved), states, &limits)?;
+        let parts = self.comm.all_gather(saved);
+        let parts = states::replace(self.dem.name(), &parts, states, &self.limits())?;
         self.dem.restore(&self.comm, &parts)
     }
 

@@ -153,6 +153,20 @@ mod tests {
         }
     }
 
+    #[test]
+    fn an_engine_whose_particles_neither_come_nor_go_says_so() {
+        let setup = crate::Builder::example().setup().unwrap();
+        let cut = Decomposition::solo(setup.domain);
+        let engine = Ballistic::new(cut.clone(), 0, setup.templates.clone(), &setup.particles);
+        let engine = Box::new(Failing { engine, steps: 0, error: None });
+        let mut simulation = Simulation::with_engine(&setup, &cut, Comm::Solo, engine).unwrap();
+        let particle = setup.particles[0];
+        for refused in [simulation.insert(&[particle]).map(|_| ()), simulation.remove(&[particle.id])] {
+            let said = refused.unwrap_err().to_string();
+            assert!(said.contains("failing") && said.contains("particles that come or go"), "{said}");
+        }
+    }
+
     /// Error with which each of three ranks ends if the engine of the second fails with this.
     fn outcomes(error: fn() -> Error) -> Vec<Error> {
         let folder = tempfile::tempdir().unwrap();

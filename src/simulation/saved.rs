@@ -85,6 +85,7 @@ impl Simulation {
             driving.record = control;
             outcome = outcome.and(read).and(known).and(measured);
         }
+        self.recount();
         self.step = step;
         (self.failure, self.agreed) = (None, None);
         outcome

@@ -202,33 +202,33 @@ impl Session {
         self.on_root(|simulation| {
             let particles = all_particles(simulation, |_| true);
             let none = || vec![Load::default(); particles.len()];
-            Ok(all_loads(simulation, &particles, false).unwrap_or_else(none))
+            Ok(all_loads(simulation, &particles).unwrap_or_else(none))
         })
     }
 
-    /// Loads of the caller's on all particles, from now on in every step; see [`Simulation::set_external_load`].
+    /// Loads of the caller's on all particles, ascending by id, from now on in every step, on none that come later; see [`Simulation::set_external_load`].
     ///
     /// # Errors
     /// [`Error::Input`] if these are not finite, or not as many as there are particles, or if the caller moves the particles.
     pub fn set_external_loads(&self, loads: Vec<Load>) -> Result<()> {
-        let count = self.setup.particles.len();
+        let ids: Vec<u64> = self.particles()?.iter().map(|particle| particle.id).collect();
+        let count = ids.len();
         if loads.len() != count {
             return Err(Error::Input(format!("there are {count} particles, but {} loads", loads.len())));
         }
         if !loads.iter().all(|load| load.force.iter().chain(load.torque.iter()).all(|x| x.is_finite())) {
             return Err(Error::Input("a load of the caller's is not finite".into()));
         }
-        let (setup, loads) = (self.setup.clone(), Arc::new(loads));
+        let (ids, loads) = (Arc::new(ids), Arc::new(loads));
         self.on_root(move |simulation| {
             if simulation.caller_moves {
                 return Err(Error::Input(
                     "the caller moves the particles, so no load of the caller's acts on them".into(),
                 ));
             }
-            let (setup, loads) = (setup.clone(), loads.clone());
+            let (ids, loads) = (ids.clone(), loads.clone());
             simulation.set_external_load(move |_, particle| {
-                let at = setup.particles.binary_search_by_key(&particle.id, |other| other.id);
-                at.map_or_else(|_| Load::default(), |at| loads[at])
+                ids.binary_search(&particle.id).map_or_else(|_| Load::default(), |at| loads[at])
             });
             Ok(())
         })

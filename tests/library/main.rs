@@ -12,6 +12,7 @@ mod fixed_bodies;
 mod liggghts;
 mod output;
 mod pages;
+mod population;
 mod random_cases;
 mod reference;
 mod same_body;

@@ -20,6 +20,7 @@ mod images;
 mod light;
 mod mapper;
 mod method;
+mod population;
 mod saturated;
 mod saved;
 mod walls;
@@ -84,6 +85,8 @@ pub struct Coupling {
     swept_owned: usize,
     /// Of the owned ones of them.
     swept_loads: Vec<Load>,
+    /// Ids of those of them that are no longer there.
+    removed: Vec<u64>,
     /// Of each template; empty if there are none.
     virtual_masses: Vec<Option<VirtualMass>>,
     /// Mean loads of the past, weight included, of the owned ones of the last sweep; empty without virtual masses.
@@ -134,6 +137,7 @@ impl Coupling {
             swept_particles: Vec::new(),
             swept_owned: 0,
             swept_loads: Vec::new(),
+            removed: Vec::new(),
             virtual_masses: Vec::new(),
             swept_means: Vec::new(),
             cover: Cover::default(),
@@ -178,21 +182,6 @@ impl Coupling {
             return;
         }
         self.find_cells();
-    }
-
-    /// Begins with a fluid that moves, by the velocity (m/s) and half the vorticity (1/s) of `flow` at each body: its momentum is in the
-    /// bodies before the first step. Methods that keep the cover find it in the cells.
-    pub fn begin_moving(&mut self, particles: &ParticleStore, flow: impl Fn(&Particle) -> [Vec3; 2]) {
-        if with_method!(self.params.method, method => method.keeps_cover()) {
-            return;
-        }
-        let mut carried = particles.clone();
-        for particle in &mut carried.particles {
-            let [velocity, angular_velocity] = flow(particle);
-            (particle.velocity, particle.angular_velocity) = (velocity.into(), angular_velocity.into());
-        }
-        self.map(&carried);
-        self.note_swept(&carried);
     }
 
     /// Finds what a device gets of the mapped bodies. The host finds the cells of those whose geometry the device does not know, and of
@@ -338,6 +327,7 @@ impl Coupling {
         self.swept_particles.clear();
         self.swept_particles.extend_from_slice(&particles.particles);
         self.swept_owned = particles.owned;
+        self.removed.clear();
     }
 
     /// Cells of the block that were covered in the last step.
@@ -417,6 +407,8 @@ mod contact_tests;
 mod device_tests;
 #[cfg(test)]
 mod overlap_tests;
+#[cfg(test)]
+mod population_tests;
 #[cfg(test)]
 mod shape_tests;
 #[cfg(test)]

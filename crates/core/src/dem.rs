@@ -6,13 +6,14 @@ pub mod exchange;
 pub mod history;
 pub mod integrator;
 pub mod native;
+pub mod population;
 pub mod saved;
 pub mod states;
 
 use crate::comm::Comm;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::particle::ParticleStore;
+use crate::particle::{Particle, ParticleStore};
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
@@ -85,6 +86,11 @@ impl ContactState {
     }
 }
 
+/// The error of an engine whose particles neither come nor go.
+pub fn fixed_population(engine: &'static str) -> Error {
+    Error::Unsupported { engine, what: "particles that come or go during a run".into() }
+}
+
 /// Moves the particles under contacts and loads, without knowing the fluid. All quantities are SI.
 ///
 /// [`advance`](Self::advance) is collective: every rank calls it, in the same order. A failure on one rank is
@@ -105,6 +111,38 @@ pub trait DemEngine: Send {
     /// contacts are the engine's own business, and so is the number of sub-steps.
     fn advance(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()>;
 
+    /// Loads of the last [`advance`](Self::advance) on the owned particles of now, with which they have travelled; zeros before. Empty
+    /// if the engine does not keep them.
+    fn loads(&self) -> &[Load] {
+        &[]
+    }
+
+    /// Id that the next particle gets that is [inserted](Self::insert), the same on every rank; none if the particles of this engine
+    /// neither come nor go.
+    fn next_id(&self) -> Option<u64> {
+        None
+    }
+
+    /// Adds particles between two calls of [`advance`](Self::advance), at a time (s). They are the same on every rank, in the box, of
+    /// templates that there are, with ids ascending from [`next_id`](Self::next_id) on. One whose motion is prescribed gets the velocities
+    /// of that time. No contact is remembered of them.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] from an engine without [`next_id`](Self::next_id); [`Error::Input`] on every rank, with nothing changed, if
+    /// they cannot be added.
+    fn insert(&mut self, _: &[Particle], _time: f64) -> Result<()> {
+        Err(fixed_population(self.name()))
+    }
+
+    /// Removes the particles with these ids, ascending, the same on every rank, between two calls of [`advance`](Self::advance), and what
+    /// is remembered of their contacts.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] from an engine without [`next_id`](Self::next_id).
+    fn remove(&mut self, _ids: &[u64]) -> Result<()> {
+        Err(fixed_population(self.name()))
+    }
+
     /// Contacts at the last sub-step.
     fn contacts(&self) -> ContactSummary;
 
@@ -122,7 +160,7 @@ pub trait DemEngine: Send {
     /// during a run the next advance fails instead.
     ///
     /// # Errors
-    /// [`Error::Engine`](crate::Error::Engine) on the rank where it could not.
+    /// [`Error::Engine`] on the rank where it could not.
     fn health(&self) -> Result<()> {
         Ok(())
     }
@@ -130,14 +168,14 @@ pub trait DemEngine: Send {
     /// This rank's part of the state, from which [`restore`](Self::restore) continues.
     fn save(&self) -> Result<Vec<u8>>;
 
-    /// Restores the state of an earlier run of this case and this engine, whose ranks [saved](Self::save) `parts`, one
-    /// each, in their order. The number of ranks may have changed. Collective; `parts` are the same on every rank.
+    /// Restores the state of an earlier run with these templates and this engine, whose ranks [saved](Self::save) `parts`, one
+    /// each, in their order. The number of ranks may have changed, and so may the particles. Collective; `parts` are the same on every rank.
     ///
     /// Over all ranks, [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) return what they
     /// returned then.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) on every rank if the parts are damaged, incomplete, or of another engine,
+    /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine,
     /// version or case; the native engine then keeps its state.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
 }

@@ -365,6 +365,10 @@ impl DemEngine for External {
         outcome
     }
 
+    fn loads(&self) -> &[Load] {
+        &self.population.loads
+    }
+
     fn contacts(&self) -> ContactSummary {
         self.root.as_ref().map_or_else(ContactSummary::default, |root| root.summary)
     }
@@ -408,6 +412,7 @@ impl DemEngine for External {
         let mut saved = Saved {
             substep: self.step,
             begun: self.contacts().begun,
+            population: self.population.population,
             particles: self.population.store.owned().to_vec(),
             loads: self.population.loads.clone(),
             ..Saved::default()
@@ -427,12 +432,24 @@ impl DemEngine for External {
     /// A set-up that the engine refuses leaves one that has failed.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
         let current = (&self.near, &self.population, self.params.walls.len());
-        let saved = Saved::load(self.params.name, parts, current, comm)?;
+        let saved = Saved::load(self.params.name, parts, current)?;
+        // Particles of an engine outside neither come nor go.
+        let [has, of_case] = [saved.population.count, self.population.population.count];
+        if has != of_case {
+            return Err(Error::Input(format!(
+                "the saved state of the {} engine cannot be used: it holds {has} particles, and this case has {of_case}",
+                self.params.name
+            )));
+        }
         // The contacts there already are not the first of theirs.
         let begun: u64 = parts.iter().filter_map(|part| Saved::begun(part)).sum();
         self.begin(comm, &saved.particles, Some(&saved.own))?;
         self.step = saved.substep;
-        self.population.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
+        self.population.replace(
+            &self.near,
+            saved.population.next_id,
+            saved.particles.into_iter().zip(saved.loads),
+        );
         let now: Vec<Particle> = self.root.iter().flat_map(|root| root.particles.clone()).collect();
         // Whatever fails here failed before it was saved.
         let _ = self.count(&now);

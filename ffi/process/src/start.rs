@@ -28,7 +28,7 @@ impl External {
             let (orientation, spin) = (particle.orientation(), particle.angular_velocity());
             particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
         }
-        self.population.replace(&self.near, all.iter().map(|particle| (*particle, Load::default())));
+        self.population.replace(&self.near, 0, all.iter().map(|particle| (*particle, Load::default())));
         let outcome = match saved {
             Some(saved) if self.rank == 0 => self.launch(all, saved),
             None if self.rank == 0 && !all.is_empty() => {

@@ -1,6 +1,5 @@
 //! Data that a rank has of a step, and those that go from all ranks to rank 0.
 
-use crate::comm::Comm;
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
@@ -41,8 +40,15 @@ impl RankOutput {
         } else if needed(Need::Particles) || needed(Need::Loads) || needed(Need::Contacts) {
             output.particles = particles(simulation, |_| true);
         }
-        if needed(Need::Loads) {
-            output.loads = loads(simulation, &output.particles, pieces);
+        if needed(Need::Loads) && simulation.system.is_some() {
+            // They have travelled with the particles.
+            let (own, loads) = (simulation.particles(), simulation.dem.loads());
+            output.loads = Some(if pieces {
+                loads.to_vec()
+            } else {
+                let own = own.iter().map(|particle| particle.id).zip(loads.iter().copied());
+                gathered_loads(simulation, own).into_iter().map(|(_, load)| load).collect()
+            });
         }
         // Last: in pieces it is no matter of the others whether this rank has room for them.
         if needed(Need::Fields) {
@@ -84,24 +90,17 @@ pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Par
     if !comm.any(!missing.is_empty()) {
         return known;
     }
+    let asked = comm.all_gather(bytemuck::cast_slice(&missing).to_vec());
+    let mut asked: Vec<u64> = bytemuck::pod_collect_to_vec(&asked.concat());
+    asked.sort_unstable();
+    let answers = store.owned().iter().filter(|particle| asked.binary_search(&particle.id).is_ok());
+    let answers: Vec<Particle> = answers.copied().collect();
+    let answers = comm.all_gather(bytemuck::cast_slice(&answers).to_vec());
     missing.sort_unstable();
-    missing.dedup();
-    known.extend(ask(comm, &missing, store.owned(), |particle| particle.id));
+    let found: Vec<Particle> = bytemuck::pod_collect_to_vec(&answers.concat());
+    known.extend(found.into_iter().filter(|particle| missing.binary_search(&particle.id).is_ok()));
     known.sort_unstable_by_key(|particle| particle.id);
     known
-}
-
-/// Those of the `own` values of all ranks whose ids are `missing` here, which are in ascending order. Collective.
-fn ask<V: Pod>(comm: &Comm, missing: &[u64], own: &[V], id: impl Fn(&V) -> u64) -> Vec<V> {
-    let asked = comm.all_gather(bytemuck::cast_slice(missing).to_vec());
-    let mut asked: Vec<u64> =
-        (asked.iter()).flat_map(|ids| bytemuck::pod_collect_to_vec::<u8, u64>(ids)).collect();
-    asked.sort_unstable();
-    let wanted = |ids: &[u64], value: &V| ids.binary_search(&id(value)).is_ok();
-    let answers: Vec<V> = own.iter().filter(|v| wanted(&asked, v)).copied().collect();
-    let answers = comm.all_gather(bytemuck::cast_slice(&answers).to_vec());
-    let found = answers.iter().flat_map(|bytes| bytemuck::pod_collect_to_vec::<u8, V>(bytes));
-    found.filter(|value| wanted(missing, value)).collect()
 }
 
 /// Force and torque of the fluid on a particle in the last step.
@@ -113,32 +112,26 @@ struct Loaded {
     torque: [f64; 3],
 }
 
-/// The [loads](Simulation::loads) of each of `particles`, ascending by id; zeros at the start, nothing without a fluid. With
-/// `everywhere` on all ranks, each of its own; else those of all ranks on rank 0. Collective.
-pub(in crate::simulation) fn loads(
-    simulation: &Simulation,
-    particles: &[Particle],
-    everywhere: bool,
-) -> Option<Vec<Load>> {
+/// The [loads](Simulation::loads) of each of `particles`, those of all ranks, ascending by id; zeros where there is none, nothing without a
+/// fluid. On rank 0. Collective.
+pub(in crate::simulation) fn loads(simulation: &Simulation, particles: &[Particle]) -> Option<Vec<Load>> {
     simulation.system.as_ref()?;
-    let own: Vec<Loaded> = (simulation.loads())
-        .map(|(id, load)| Loaded { id, force: load.force.into(), torque: load.torque.into() })
-        .collect();
-    let mut known = if everywhere {
-        // Particles may have come from another rank in that step.
-        let has = |id: &u64| own.binary_search_by_key(id, |load| load.id).is_ok();
-        let missing: Vec<u64> = particles.iter().map(|p| p.id).filter(|id| !has(id)).collect();
-        let came = ask(&simulation.comm, &missing, &own, |load| load.id);
-        [own, came].concat()
-    } else {
-        gathered(simulation, own)
-    };
-    known.sort_unstable_by_key(|load| load.id);
-    let of = |particle: &Particle| match known.binary_search_by_key(&particle.id, |load| load.id) {
-        Ok(at) => Load { force: known[at].force.into(), torque: known[at].torque.into() },
+    let known = gathered_loads(simulation, simulation.loads());
+    let of = |particle: &Particle| match known.binary_search_by_key(&particle.id, |(id, _)| *id) {
+        Ok(at) => known[at].1,
         Err(_) => Load::default(),
     };
     Some(particles.iter().map(of).collect())
+}
+
+/// These loads of all ranks with their ids, ascending, on rank 0; nothing elsewhere. Collective.
+fn gathered_loads(simulation: &Simulation, own: impl Iterator<Item = (u64, Load)>) -> Vec<(u64, Load)> {
+    let loaded =
+        |(id, load): (u64, Load)| Loaded { id, force: load.force.into(), torque: load.torque.into() };
+    let mut all = gathered(simulation, own.map(loaded).collect());
+    all.sort_unstable_by_key(|load| load.id);
+    let load = |of: &Loaded| Load { force: of.force.into(), torque: of.torque.into() };
+    all.iter().map(|of| (of.id, load(of))).collect()
 }
 
 /// Data of all ranks, by rank, on rank 0; nothing elsewhere. Collective.

@@ -23,7 +23,7 @@ pub(super) fn summary(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         case: setup.provenance.name.clone(),
         resumed_from: (first > 0).then_some(first),
-        particles: setup.particles.len(),
+        particles: simulation.counts().iter().sum::<i64>() as usize,
         volume_fraction: setup.volume_fraction,
         requested_volume_fraction: Some(setup.requested_volume_fraction),
         cells_per_diameter: setup.diameter / setup.domain.dx,
@@ -43,7 +43,7 @@ pub(super) fn summary(
         threads: simulation.comm.size(),
         state_hash: format!("{hash:016x}"),
         dry: fluid.is_none(),
-        shapes: shapes(setup),
+        shapes: shapes(setup, simulation.counts()),
         walls: walls(setup),
         collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),
         coupling: fluid.map(|fluid| fluid.coupling.name().to_owned()),
@@ -96,17 +96,13 @@ fn reference_scales(setup: &Setup) -> ReferenceScales {
     })
 }
 
-fn shapes(setup: &Setup) -> Vec<ShapeSummary> {
-    let mut counts = vec![0; setup.templates.len()];
-    for particle in &setup.particles {
-        counts[particle.template as usize] += 1;
-    }
+fn shapes(setup: &Setup, counts: &[i64]) -> Vec<ShapeSummary> {
     (setup.templates.iter().enumerate())
         .map(|(index, template)| ShapeSummary {
             kind: template.shape.kind().to_owned(),
             equivalent_diameter: template.shape.equivalent_diameter(),
             density: template.density,
-            count: counts[index],
+            count: counts[index] as usize,
         })
         .collect()
 }

@@ -270,5 +270,5 @@ fn a_branch_whose_particles_are_of_other_sections_is_refused() {
     place.well(&[&["run", "case.toml", "--quiet"], &never[..], &["run.end.steps=16"]].concat());
     let swapped = ["run.end.steps=24", "--set", "particles.0.count=20", "--set", "particles.1.count=10"];
     let said = place.ends(2, &[&["resume", "out", "--out", "b"], &never[..], &swapped].concat());
-    has(&said, &["30 particles, which are not the 30 of this case"]);
+    has(&said, &["the particles of each kind were [10, 20] and would be [20, 10]"]);
 }

@@ -137,6 +137,16 @@ impl AnyFluid {
         either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, &mut visit));
     }
 
+    /// Adds what fills bodies that were inserted.
+    pub(super) fn fill_inserted(
+        &self,
+        coupling: &mut Coupling,
+        ids: &std::ops::Range<u64>,
+        fillings: &mut [[i128; 8]],
+    ) {
+        either!(self, fluid => coupling.fill(fluid, ids, fillings));
+    }
+
     /// Force and torque on each wall in the last step, as [`Fluid::wall_loads`].
     pub fn wall_loads(&self) -> Vec<WallLoad> {
         either!(self, fluid => fluid.wall_loads())

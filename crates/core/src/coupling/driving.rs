@@ -129,6 +129,11 @@ impl Driving {
         Self { params, mean, record: ControlRecord::default() }
     }
 
+    /// Balances this submerged weight (N) of particles of this volume (m^3) from now on.
+    pub fn carry(&mut self, submerged_weight: Vec3, particle_volume: f64) {
+        (self.params.submerged_weight, self.params.particle_volume) = (submerged_weight, particle_volume);
+    }
+
     /// Acceleration of the fluid (m/s^2) in the coming step, which is recorded.
     pub fn step(&mut self) -> Vec3 {
         for axis in (0..3).filter(|&axis| self.params.prescribed[axis]) {

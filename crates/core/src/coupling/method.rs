@@ -106,7 +106,7 @@ pub(super) trait CouplingMethod: SolidModel {
 
 impl Coupling {
     /// The mapped particles as the fluid sees them.
-    fn solids<M: CouplingMethod>(&mut self, model: M) -> BlockSolids<'_, M> {
+    pub(super) fn solids<M: CouplingMethod>(&mut self, model: M) -> BlockSolids<'_, M> {
         BlockSolids {
             segments: &self.segments,
             bodies: &mut self.bodies,

@@ -29,11 +29,6 @@ struct SweptLight {
 }
 
 impl Coupling {
-    /// The particles that this rank owned in the last sweep, as they were then, and force and torque of the fluid on them.
-    pub fn last_loads(&self) -> impl Iterator<Item = (&Particle, Load)> {
-        self.swept_particles.iter().zip(self.swept_loads.iter().copied())
-    }
-
     /// This rank's part of the state: all parts together describe every particle that a sweep has seen.
     pub fn save(&self) -> Vec<u8> {
         let row = |load: Option<&Load>| load.map_or([[0.0; 3]; 2], |l| [l.force.into(), l.torque.into()]);
@@ -115,21 +110,25 @@ impl Coupling {
             }
         }
         particles.particles.iter().try_for_each(|particle| self.check(particles, particle))?;
-        // Before the first sweep there are none.
-        let known = |particle: &Particle| swept.get(&particle.id);
-        if let Some(other) = (particles.particles.iter()).find(|particle| {
-            !swept.is_empty()
-                && known(particle).is_none_or(|s| s.swept.particle.template != particle.template)
-        }) {
+        // Those that the last sweep has not seen begin in the next one.
+        let known = |particle: &&Particle| swept.contains_key(&particle.id);
+        let seen = swept.keys().next_back().copied();
+        let is_known = |particle: &&Particle| match swept.get(&particle.id) {
+            Some(saved) => saved.swept.particle.template == particle.template,
+            None => seen.is_none_or(|last| particle.id > last),
+        };
+        if let Some(other) = particles.particles.iter().find(|particle| !is_known(particle)) {
             return Err(format!("the coupling does not know particle {}", other.id));
         }
+        let there = particles.particles.iter().zip(&particles.owners);
+        let (then, owners) = (there.filter(|(particle, _)| known(particle)))
+            .map(|(particle, owner)| (swept[&particle.id].swept.particle, *owner))
+            .unzip();
         let then = ParticleStore {
             templates: particles.templates.clone(),
-            particles: (particles.particles.iter())
-                .filter_map(|particle| Some(known(particle)?.swept.particle))
-                .collect(),
-            owned: if swept.is_empty() { 0 } else { particles.owned },
-            owners: particles.owners.clone(),
+            particles: then,
+            owned: particles.owned().iter().filter(known).count(),
+            owners,
         };
         self.map(&then);
         // One rank takes off what left: the owner, to whom all others send their sums.

@@ -36,11 +36,6 @@ impl Ballistic {
         let local = LocalParticles::new(&near, templates, all.iter().copied());
         Self { near, local, step: 0 }
     }
-
-    /// The loads of the last [`advance`](DemEngine::advance), one per owned particle.
-    pub fn last_loads(&self) -> &[Load] {
-        &self.local.loads
-    }
 }
 
 impl DemEngine for Ballistic {
@@ -78,6 +73,24 @@ impl DemEngine for Ballistic {
         outcome
     }
 
+    fn loads(&self) -> &[Load] {
+        &self.local.loads
+    }
+
+    fn next_id(&self) -> Option<u64> {
+        Some(self.local.population.next_id)
+    }
+
+    fn insert(&mut self, new: &[Particle], _: f64) -> Result<()> {
+        self.local.insert(&self.near, new.iter().copied());
+        Ok(())
+    }
+
+    fn remove(&mut self, ids: &[u64]) -> Result<()> {
+        self.local.remove(&self.near, ids);
+        Ok(())
+    }
+
     fn contacts(&self) -> ContactSummary {
         ContactSummary::default()
     }
@@ -93,6 +106,7 @@ impl DemEngine for Ballistic {
     fn save(&self) -> Result<Vec<u8>> {
         let saved = Saved {
             substep: self.step,
+            population: self.local.population,
             particles: self.particles().owned().to_vec(),
             loads: self.local.loads.clone(),
             ..Saved::default()
@@ -100,10 +114,14 @@ impl DemEngine for Ballistic {
         Ok(saved.write(self.name()))
     }
 
-    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let saved = Saved::load(self.name(), parts, (&self.near, &self.local, 0), comm)?;
+    fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        let saved = Saved::load(self.name(), parts, (&self.near, &self.local, 0))?;
         self.step = saved.substep;
-        self.local.replace(&self.near, saved.particles.into_iter().zip(saved.loads));
+        self.local.replace(
+            &self.near,
+            saved.population.next_id,
+            saved.particles.into_iter().zip(saved.loads),
+        );
         Ok(())
     }
 }
@@ -142,7 +160,7 @@ mod tests {
             let mut owned = [engine.particles().owned as i64];
             comm.sum(&mut owned);
             assert_eq!(owned, [2]);
-            for (particle, load) in engine.particles().owned().iter().zip(engine.last_loads()) {
+            for (particle, load) in engine.particles().owned().iter().zip(engine.loads()) {
                 let expected = [Vec3::new(1.5, 4.0, 6.0), Vec3::repeat(4.0)][particle.id as usize];
                 assert!((particle.position() - expected).norm() < 1e-12);
                 assert!((load.force.x - 39.0 - particle.id as f64).abs() < 1e-12);
@@ -175,9 +193,8 @@ mod tests {
             }
         };
         let state = |engine: &Ballistic, comm: &Comm| {
-            let own: Vec<(Particle, Load)> = (engine.particles().owned().iter().copied())
-                .zip(engine.last_loads().iter().copied())
-                .collect();
+            let own: Vec<(Particle, Load)> =
+                (engine.particles().owned().iter().copied()).zip(engine.loads().iter().copied()).collect();
             let mut owned = [own.len() as i64];
             comm.sum(&mut owned);
             assert_eq!(owned, [9]);

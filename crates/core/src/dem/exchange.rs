@@ -2,6 +2,7 @@
 
 use super::Load;
 use super::assign::GhostLayer;
+use super::population::Population;
 use crate::comm::Comm;
 use crate::particle::{Particle, ParticleStore, Template};
 use bytemuck::{Pod, Zeroable};
@@ -16,6 +17,8 @@ pub struct LocalParticles {
     pub loads: Vec<Load>,
     /// Loads of the last sub-step on the ghosts, in their order.
     pub ghost_loads: Vec<Load>,
+    /// Numbers of all particles.
+    pub population: Population,
     incoming: Vec<MigrationRecord>,
 }
 
@@ -45,17 +48,54 @@ impl LocalParticles {
             store: ParticleStore { templates, particles: Vec::new(), owned: 0, owners: Vec::new() },
             loads: Vec::new(),
             ghost_loads: Vec::new(),
+            population: Population::default(),
             incoming: Vec::new(),
         };
-        local.replace(near, all.into_iter().map(|particle| (particle, Load::default())));
+        local.replace(near, 0, all.into_iter().map(|particle| (particle, Load::default())));
         local
     }
 
-    /// Replaces all particles by those of `all` that this rank has, owned or as ghosts, with their loads.
-    pub fn replace(&mut self, near: &GhostLayer, all: impl IntoIterator<Item = (Particle, Load)>) {
+    /// Replaces all particles by those of `all` that this rank has, owned or as ghosts, with their loads; the next id is at least
+    /// `next_id`.
+    pub fn replace(
+        &mut self,
+        near: &GhostLayer,
+        next_id: u64,
+        all: impl IntoIterator<Item = (Particle, Load)>,
+    ) {
         self.incoming.clear();
+        self.population = Population { count: 0, next_id };
+        self.add(near, all);
+    }
+
+    /// Adds those of `new`, the same on every rank, that this rank has, owned or as ghosts.
+    pub fn insert(&mut self, near: &GhostLayer, new: impl IntoIterator<Item = Particle>) {
+        self.keep(|_| true);
+        self.add(near, new.into_iter().map(|particle| (particle, Load::default())));
+    }
+
+    /// Removes the particles with these ids, ascending, the same on every rank.
+    pub fn remove(&mut self, near: &GhostLayer, ids: &[u64]) {
+        self.keep(|particle| ids.binary_search(&particle.id).is_err());
+        self.population.count -= ids.len() as u64;
+        self.sort_in(near);
+    }
+
+    /// Makes those of its particles that stay the incoming ones.
+    fn keep(&mut self, stays: impl Fn(&Particle) -> bool) {
+        let with_loads = self.store.particles.iter().zip(self.loads.iter().chain(&self.ghost_loads));
+        let staying = with_loads.filter(|(particle, _)| stays(particle));
+        self.incoming.clear();
+        self.incoming.extend(staying.map(|(particle, load)| MigrationRecord::new(*particle, load)));
+    }
+
+    /// Adds those of `all` that this rank has to the incoming ones, and makes these the store.
+    fn add(&mut self, near: &GhostLayer, all: impl IntoIterator<Item = (Particle, Load)>) {
         for (mut particle, load) in all {
             particle.position = near.decomposition().domain.wrap(particle.position()).into();
+            let Population { count, next_id } = self.population;
+            self.population =
+                Population { count: count + 1, next_id: next_id.max(particle.id.saturating_add(1)) };
             let owner = near.owner(particle.position());
             if owner == near.rank || near.is_ghost_on(near.rank, particle.position(), particle.template) {
                 self.incoming.push(MigrationRecord::new(particle, &load));
@@ -89,15 +129,6 @@ impl LocalParticles {
             self.incoming.extend(bytemuck::pod_collect_to_vec::<u8, MigrationRecord>(&message));
         }
         self.sort_in(near);
-    }
-
-    /// Id and template of the particles of all ranks, ascending. Collective.
-    pub fn global_ids(&self, comm: &Comm) -> Vec<[u64; 2]> {
-        let own: Vec<[u64; 2]> = (self.store.owned().iter()).map(|p| [p.id, p.template]).collect();
-        let all = comm.all_gather(bytemuck::cast_slice(&own).to_vec());
-        let mut all: Vec<[u64; 2]> = bytemuck::pod_collect_to_vec(&all.concat());
-        all.sort_unstable();
-        all
     }
 
     /// Makes the incoming particles the store: owned before ghosts, each ascending by id.

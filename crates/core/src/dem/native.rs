@@ -32,6 +32,8 @@ mod mixed_tests;
 #[cfg(test)]
 mod motion_tests;
 #[cfg(test)]
+mod population_tests;
+#[cfg(test)]
 mod rest_tests;
 #[cfg(test)]
 mod saved_tests;
@@ -89,6 +91,8 @@ pub struct Native {
     context: ContactContext,
     order: IdOrder,
     forces: ContactForces,
+    /// The two largest bounding radii (m) of particles that there have been.
+    widest: [f64; 2],
 }
 
 impl Native {
@@ -119,25 +123,16 @@ impl Native {
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
+        let widest = widest([0.0; 2], all, &constants);
         if params.contact.is_some() {
-            check_images(&decomposition, all, &bounds)?;
+            check_images(&decomposition, widest)?;
         }
         let near = GhostLayer::new(decomposition, rank, &bounds);
-        let spun = all.iter().map(|particle| {
-            let mut particle = *particle;
-            let TemplateConstants { inertia, motion, .. } = &constants[particle.template as usize];
-            integrator::set_prescribed(&mut particle, inertia, motion, 0.0);
-            if Vec3::from(particle.angular_momentum) == Vec3::zeros() {
-                let velocity = particle.angular_velocity();
-                particle.angular_momentum =
-                    inertia.angular_momentum(&particle.orientation(), velocity).into();
-            }
-            particle
-        });
-        let local = LocalParticles::new(&near, templates, spun);
+        let local = LocalParticles::new(&near, templates, all.iter().map(|p| started(p, &constants, 0.0)));
         let (lo, extent) = near.window();
         let finder = PairFinder::in_window(near.decomposition().domain, lo, extent);
         Ok(Self {
+            widest,
             order: IdOrder::new(NeighbourList::new(finder)),
             forces: ContactForces::new(near.peers.len()),
             context: ContactContext {
@@ -197,7 +192,7 @@ impl Native {
 
     /// Forces of the contacts and films that this rank evaluates, at the current positions. Collective.
     fn evaluate_contacts(&mut self, comm: &Comm, dt: f64) -> Result<()> {
-        let Self { context, order, forces } = self;
+        let Self { context, order, forces, .. } = self;
         forces.clear();
         let Some(model) = &context.params.contact else {
             return Ok(());
@@ -279,23 +274,44 @@ pub fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     })
 }
 
-/// Refuses a box in which a pair could touch through two images: the engine considers only the nearest one.
-fn check_images(decomposition: &Decomposition, all: &[Particle], bounds: &[f64]) -> Result<()> {
-    let (mut largest, mut second) = (0.0, 0.0);
+/// A particle as an engine needs it at a time (s): with the angular momentum that belongs to its angular velocity, if it has none, and the
+/// velocities that are prescribed.
+fn started(particle: &Particle, constants: &[TemplateConstants], time: f64) -> Particle {
+    let mut particle = *particle;
+    let TemplateConstants { inertia, motion, .. } = &constants[particle.template as usize];
+    integrator::set_prescribed(&mut particle, inertia, motion, time);
+    if Vec3::from(particle.angular_momentum) == Vec3::zeros() {
+        let velocity = particle.angular_velocity();
+        particle.angular_momentum = inertia.angular_momentum(&particle.orientation(), velocity).into();
+    }
+    particle
+}
+
+/// The two largest bounding radii (m) among some and those of particles.
+fn widest(
+    [mut largest, mut second]: [f64; 2],
+    all: &[Particle],
+    constants: &[TemplateConstants],
+) -> [f64; 2] {
     for particle in all {
-        let bound = bounds[particle.template as usize];
+        let bound = constants[particle.template as usize].bound;
         if bound > largest {
             (largest, second) = (bound, largest);
         } else if bound > second {
             second = bound;
         }
     }
+    [largest, second]
+}
+
+/// Refuses a box in which a pair, the widest particles, could touch through two images: the engine considers only the nearest one.
+fn check_images(decomposition: &Decomposition, [largest, second]: [f64; 2]) -> Result<()> {
     let domain = &decomposition.domain;
     let size = domain.size();
     let round = (0..3).filter(|&i| domain.is_periodic(i));
     let edge = round.map(|i| size[i]).fold(f64::INFINITY, f64::min);
     let needed = 2.0 * (largest + second);
-    if all.len() > 1 && edge < needed {
+    if second > 0.0 && edge < needed {
         return Err(Error::Input(format!(
             "the domain is {edge:.6e} m wide, but two particles with circumscribed radii (contact enlargement \
              included) of {largest:.6e} m and {second:.6e} m could touch through two periodic images at once; \
@@ -335,6 +351,35 @@ impl DemEngine for Native {
         outcome
     }
 
+    fn loads(&self) -> &[Load] {
+        &self.context.local.loads
+    }
+
+    fn next_id(&self) -> Option<u64> {
+        Some(self.context.local.population.next_id)
+    }
+
+    fn insert(&mut self, new: &[Particle], time: f64) -> Result<()> {
+        let ContactContext { near, local, params, templates, .. } = &mut self.context;
+        let widest = widest(self.widest, new, templates);
+        if params.contact.is_some() {
+            check_images(near.decomposition(), widest)?;
+        }
+        self.widest = widest;
+        local.insert(near, new.iter().map(|particle| started(particle, templates, time)));
+        Ok(())
+    }
+
+    fn remove(&mut self, ids: &[u64]) -> Result<()> {
+        let ContactContext { near, local, .. } = &mut self.context;
+        local.remove(near, ids);
+        let stays = |first: u64, second: u64| [first, second].iter().all(|id| ids.binary_search(id).is_err());
+        let records = self.forces.history.records().iter().filter(|r| stays(r.first, r.second));
+        self.forces.history = History::new(records.copied().collect());
+        self.forces.states.retain(|state| stays(state.first, state.second));
+        Ok(())
+    }
+
     fn contacts(&self) -> ContactSummary {
         self.forces.summary()
     }
@@ -347,6 +392,7 @@ impl DemEngine for Native {
         let saved = Saved {
             substep: self.context.substep,
             begun: self.forces.begun,
+            population: self.context.local.population,
             particles: self.particles().owned().to_vec(),
             loads: self.context.local.loads.clone(),
             records: self.records().to_vec(),
@@ -356,10 +402,11 @@ impl DemEngine for Native {
         Ok(saved.write(self.name()))
     }
 
-    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let ContactContext { near, local, params, .. } = &mut self.context;
-        let saved = Saved::load("native", parts, (near, local, params.walls.len()), comm)?;
-        local.replace(near, saved.particles.into_iter().zip(saved.loads));
+    fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        let ContactContext { near, local, params, templates, .. } = &mut self.context;
+        let saved = Saved::load("native", parts, (near, local, params.walls.len()))?;
+        self.widest = widest([0.0; 2], &saved.particles, templates);
+        local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
         self.forces = ContactForces::new(near.peers.len());
         self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);

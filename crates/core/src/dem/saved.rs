@@ -6,8 +6,8 @@
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
+use super::population::Population;
 use super::{ContactState, Load, Record};
-use crate::comm::Comm;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -16,7 +16,7 @@ use bytemuck::{Pod, Zeroable};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Begins every part; the last byte is the version.
-const MAGIC: [u8; 8] = *b"turbidE\x01";
+const MAGIC: [u8; 8] = *b"turbidE\x02";
 
 /// More sub-steps, and contacts, than a run can have.
 const MOST: u64 = 1 << 53;
@@ -28,6 +28,8 @@ pub struct Saved {
     pub substep: u64,
     /// Contacts that began since the start.
     pub begun: u64,
+    /// Numbers of the particles of all ranks.
+    pub population: Population,
     /// Owned particles.
     pub particles: Vec<Particle>,
     /// Loads of the last step on them.
@@ -54,6 +56,7 @@ struct Header {
     substep: u64,
     begun: u64,
     own: u64,
+    population: Population,
 }
 
 /// End of [`Header::checksum`].
@@ -85,6 +88,7 @@ impl Saved {
             substep: self.substep,
             begun: self.begun,
             own: self.own.len() as u64,
+            population: self.population,
         };
         let loads: Vec<[[f64; 3]; 2]> =
             (self.loads.iter()).map(|load| [load.force.into(), load.torque.into()]).collect();
@@ -133,6 +137,7 @@ impl Saved {
             rest.is_empty().then(|| Self {
                 substep: header.substep,
                 begun: header.begun,
+                population: header.population,
                 particles,
                 loads: (loads.into_iter())
                     .map(|[force, torque]| Load { force: force.into(), torque: torque.into() })
@@ -145,8 +150,8 @@ impl Saved {
         whole.ok_or_else(|| format!("has {} bytes, which are not those its head counts", bytes.len()))
     }
 
-    /// The state that the ranks of an earlier run saved as `parts`, for an engine that has these particles and this
-    /// number of walls. Collective.
+    /// The state that the ranks of an earlier run saved as `parts`, the same on every rank, for an engine with these templates and
+    /// this number of walls.
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case.
@@ -154,11 +159,9 @@ impl Saved {
         engine: &str,
         parts: &[Vec<u8>],
         (near, local, walls): (&GhostLayer, &LocalParticles, usize),
-        comm: &Comm,
     ) -> Result<Self> {
-        let domain = near.decomposition().domain;
-        let case = Case { global_ids: local.global_ids(comm), walls, domain };
-        Self::join(engine, parts, &case, (comm.rank(), comm.size()))
+        let (domain, templates) = (near.decomposition().domain, local.store.templates.len());
+        Self::join(engine, parts, &Case { templates, walls, domain }, (near.rank, near.ranks()))
     }
 
     /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of
@@ -175,7 +178,7 @@ impl Saved {
         let parts = (parts.iter().enumerate())
             .map(|(n, bytes)| Self::read(engine, bytes).map_err(|what| refuse(format!("{} {what}", of(n)))))
             .collect::<Result<Vec<Self>>>()?;
-        case.is_of(&parts).map_err(refuse)?;
+        let ids = case.ids_of(&parts).map_err(refuse)?;
         let mut all = Self::default();
         for (n, part) in parts.into_iter().enumerate() {
             if n > 0 && part.substep != all.substep {
@@ -186,8 +189,8 @@ impl Saved {
                     part.substep
                 )));
             }
-            case.is_sound(&part).map_err(|what| refuse(format!("{}: {what}", of(n))))?;
-            all.substep = part.substep;
+            case.is_sound(&part, &ids).map_err(|what| refuse(format!("{}: {what}", of(n))))?;
+            (all.substep, all.population) = (part.substep, part.population);
             all.particles.extend(part.particles);
             all.loads.extend(part.loads);
             all.records.extend(part.records);
@@ -205,27 +208,39 @@ impl Saved {
 /// Constraints on a saved state.
 #[derive(Clone, Debug)]
 struct Case {
-    /// Id and template of all particles, ascending.
-    global_ids: Vec<[u64; 2]>,
+    /// Number of templates.
+    templates: usize,
     /// Number of walls.
     walls: usize,
     domain: Domain,
 }
 
 impl Case {
-    /// Checks that all `parts` together can be the state of this case; returns the reason if not.
-    fn is_of(&self, parts: &[Saved]) -> std::result::Result<(), String> {
-        let particles = parts.iter().flat_map(|part| &part.particles);
-        let mut global_ids: Vec<[u64; 2]> = particles.map(|p| [p.id, p.template]).collect();
-        global_ids.sort_unstable();
-        if let Some(twice) = global_ids.windows(2).find(|pair| pair[0][0] == pair[1][0]) {
-            return Err(format!("particle {} is in it twice", twice[0][0]));
+    /// The ids in all `parts`, ascending, which together can be a whole state of this case; or the reason why they cannot.
+    fn ids_of(&self, parts: &[Saved]) -> std::result::Result<Vec<u64>, String> {
+        let particles = || parts.iter().flat_map(|part| &part.particles);
+        let mut ids: Vec<u64> = particles().map(|p| p.id).collect();
+        ids.sort_unstable();
+        if let Some([twice, ..]) = ids.windows(2).find(|pair| pair[0] == pair[1]) {
+            return Err(format!("particle {twice} is in it twice"));
         }
-        if global_ids != self.global_ids {
+        let Some(Population { count, next_id }) = parts.first().map(|part| part.population) else {
+            return Err("there is no part of it".into());
+        };
+        if let Some(n) = parts.iter().position(|part| part.population != parts[0].population) {
+            return Err(format!("parts 1 and {} are of other numbers of particles", n + 1));
+        }
+        if ids.len() as u64 != count {
+            return Err(format!("it holds {} particles of {count}: a part of it is missing", ids.len()));
+        }
+        if let Some(id) = ids.last().filter(|id| **id >= next_id) {
+            return Err(format!("it holds particle {id}, but the next one would be {next_id}"));
+        }
+        if let Some(Particle { id, template, .. }) = particles().find(|p| p.template >= self.templates as u64)
+        {
             return Err(format!(
-                "it holds {} particles, which are not the {} of this case; continue with the case it was written by",
-                global_ids.len(),
-                self.global_ids.len()
+                "particle {id} is of kind {template}, and this case has only {} kinds; continue with the case it was written by",
+                self.templates
             ));
         }
         let records = parts.iter().flat_map(|part| &part.records);
@@ -234,13 +249,13 @@ impl Case {
         if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(format!("the contact of {} with {} is in it twice", twice[0].0, twice[0].1));
         }
-        Ok(())
+        Ok(ids)
     }
 
-    /// Checks that an engine can continue with the numbers of a part; returns the reason if not.
-    fn is_sound(&self, part: &Saved) -> std::result::Result<(), String> {
+    /// Checks that an engine can continue with the numbers of a part of the state with these `ids`; returns the reason if not.
+    fn is_sound(&self, part: &Saved, ids: &[u64]) -> std::result::Result<(), String> {
         let finite = |vectors: &[Vec3]| vectors.iter().flatten().all(|x| x.is_finite());
-        let known = |id: u64| self.global_ids.binary_search_by_key(&id, |[id, _]| *id).is_ok();
+        let known = |id: u64| ids.binary_search(&id).is_ok();
         let partner = |first: u64, second: u64| match ContactState::wall_of(second) {
             Some(wall) => wall < self.walls,
             None => first != second && known(second),
@@ -288,7 +303,7 @@ mod tests {
     const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
-        Case { global_ids: vec![[3, 0], [5, 1], [9, 0]], walls: 2, domain: BOX }
+        Case { templates: 2, walls: 2, domain: BOX }
     }
 
     /// Two ranks' states of three particles, with a contact of two of them and one with a wall.
@@ -301,6 +316,7 @@ mod tests {
             Saved {
                 substep: 40,
                 begun: 2,
+                population: Population { count: 3, next_id: 12 },
                 particles: vec![particle(3, 0), particle(9, 0)],
                 loads: vec![load; 2],
                 records: vec![record(3, 9)],
@@ -310,6 +326,7 @@ mod tests {
             Saved {
                 substep: 40,
                 begun: 3,
+                population: Population { count: 3, next_id: 12 },
                 particles: vec![particle(5, 1)],
                 loads: vec![load],
                 records: vec![record(5, ContactState::of_wall(1))],
@@ -392,14 +409,20 @@ mod tests {
         assert!(objection(&foreign).contains("is of the engine `ballistic`"), "{}", objection(&foreign));
         let mut later = whole.clone();
         later[1][7] = 9;
-        assert!(objection(&later).contains("part 2 of 2 is of version 9, not 1"));
-        for few in [&[][..], &whole[..1]] {
-            assert!(objection(few).contains("not the 3 of this case"));
-        }
+        assert!(objection(&later).contains("part 2 of 2 is of version 9, not 2"));
+        assert!(objection(&[]).contains("no part of it"));
+        assert!(objection(&whole[..1]).contains("holds 2 particles of 3: a part of it is missing"));
         let doubled = [&whole[..], &whole[..1]].concat();
         assert!(objection(&doubled).contains("particle 3 is in it twice"));
-        assert!(after(|part| part.particles[1].id = 8).contains("not the 3 of this case"));
-        assert!(after(|part| part.particles[1].template = 1).contains("not the 3 of this case"));
+        assert!(
+            after(|part| part.particles[1].id = 12)
+                .contains("holds particle 12, but the next one would be 12")
+        );
+        assert!(
+            after(|part| part.particles[1].template = 2)
+                .contains("particle 9 is of kind 2, and this case has only 2")
+        );
+        assert!(after(|part| part.population.next_id = 13).contains("parts 1 and 2 are of other numbers"));
         assert!(after(|part| part.substep = 39).contains("after 39 sub-steps, but part 2 after 40"));
     }
 

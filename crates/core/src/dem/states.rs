@@ -110,7 +110,7 @@ pub fn without_memory(
         if !saved.own.is_empty() {
             return Err(Error::Unsupported { engine: was, what: "a change of materials or contacts".into() });
         }
-        let (mut particles, loads) = (saved.particles, saved.loads);
+        let (population, mut particles, loads) = (saved.population, saved.particles, saved.loads);
         for particle in &mut particles {
             let template = templates.get(particle.template as usize);
             let template =
@@ -119,12 +119,35 @@ pub fn without_memory(
                 Inertia::of(template).angular_momentum(&particle.orientation(), particle.angular_velocity());
             particle.angular_momentum = momentum.into();
         }
-        Ok(Saved { substep, particles, loads, ..Saved::default() }.write(engine))
+        Ok(Saved { substep, population, particles, loads, ..Saved::default() }.write(engine))
     };
     parts.iter().map(of_part).collect()
 }
 
 impl Limits<'_> {
+    /// New particles in the states that an engine needs; `present` are those of this rank, ghosts included.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if one is impossible; what overlaps particles of other ranks only, these notice.
+    pub fn new_particles(&self, new: &[Particle], present: &[Particle]) -> Result<Vec<Particle>> {
+        let refuse = |what: String| Error::Input(format!("particles cannot be inserted: {what}"));
+        let of = |state: &Particle| {
+            let Particle { id, template, .. } = *state;
+            if template >= self.templates.len() as u64 {
+                return Err(format!("there is no kind {template} of particles"));
+            }
+            self.changed(&Particle::at(id, template as usize, self.domain.wrap(state.position())), state)
+        };
+        let states: Vec<Particle> =
+            new.iter().map(of).collect::<std::result::Result<_, _>>().map_err(refuse)?;
+        let stay = present.iter().map(|particle| (*particle, false));
+        let bodies: Vec<(Particle, bool)> = stay.chain(states.iter().map(|state| (*state, true))).collect();
+        match self.solid.then(|| self.overlap(&bodies)).flatten() {
+            Some(flaw) => Err(refuse(flaw)),
+            None => Ok(states),
+        }
+    }
+
     /// The particle in its new state, or the reason why it cannot be in it.
     fn changed(&self, was: &Particle, state: &Particle) -> std::result::Result<Particle, String> {
         let Particle { id, template, .. } = *was;

@@ -1,6 +1,6 @@
 //! Observation of the fluid: fields, the hash of its state, and the memory bandwidth of the machine.
 
-use super::bodies::BlockSolids;
+use super::bodies::{BlockSolids, Body};
 use super::buffer::Buffer;
 use super::solid::{SolidModel, SolidRow};
 use super::{Flow, Fluid, Population, WallLoad};
@@ -66,6 +66,28 @@ impl<S: Population> Fluid<S> {
                     u[a] + 0.5 * change
                 });
                 visit(CellState { density_deviation: rho - 1.0, velocity, solid_fraction });
+            }
+        }
+    }
+
+    /// Calls `visit` for all cells of the block that bodies cover, once for each body: with the body, the offset of the cell from its
+    /// reference cell, the part of the cell that it covers, and the bare velocity of the fluid.
+    pub fn each_covered<M: SolidModel>(
+        &self,
+        solids: &BlockSolids<M>,
+        mut visit: impl FnMut(&Body, [i64; 3], f64, [f64; 3]),
+    ) {
+        let [_, ny, nz] = self.layout.size;
+        for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            for segment in solids.segments.row(y + ny * z) {
+                let (cut, [first, n, m]) = (solids.segments.cut(segment), segment.offset.map(i64::from));
+                for k in 0..usize::from(segment.count) {
+                    let (cell, part) = ([segment.x as usize + k, y, z], segment.fraction(cut, k));
+                    if self.walls.of(cell).is_none() {
+                        let body = &solids.bodies[segment.body as usize];
+                        visit(body, [first + k as i64, n, m], part.into(), self.moments(cell).1);
+                    }
+                }
             }
         }
     }
