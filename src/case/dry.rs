@@ -1,9 +1,9 @@
 //! Particles without a fluid: their time step, and the cells that only the decomposition of the box needs.
 
 use super::checks::Document;
-use super::file::{DrySection, FluidSection, LatticeSection};
-use super::hertz::{Hertz, STEPS_PER_CONTACT};
-use super::materials::Materials;
+use super::file::{DrySection, DryStep, FluidSection, LatticeSection};
+use super::speeds::{STEPS_PER_CONTACT, spheres};
+use crate::contact::ContactModel;
 use crate::error::Result;
 use crate::particle::Template;
 
@@ -64,14 +64,18 @@ pub(super) fn time_step(
     dry: &DrySection,
     substeps: u32,
     templates: &[Template],
-    materials: &Materials,
+    model: &ContactModel,
 ) -> f64 {
-    if let Some(step) = dry.time_step {
-        return step;
+    match dry.step {
+        DryStep::Time(step) => step,
+        DryStep::ImpactSpeed(speed) => {
+            let durations = templates.iter().flat_map(|template| {
+                (0..model.materials.len())
+                    .map(move |material| spheres(model, material, template).duration(speed))
+            });
+            f64::from(substeps) * durations.fold(f64::INFINITY, f64::min) / STEPS_PER_CONTACT
+        }
     }
-    let speed = dry.impact_speed.expect("the schema asks for one of them");
-    let durations = templates.iter().map(|one| Hertz::new(one, materials.stiffest()).duration(speed));
-    f64::from(substeps) * durations.fold(f64::INFINITY, f64::min) / STEPS_PER_CONTACT
 }
 
 /// Edge of the cells (m): at most a quarter of the smallest particle, and a whole part of every edge of the box if one

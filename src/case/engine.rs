@@ -42,7 +42,7 @@ pub(super) fn engine(document: &Document, folder: &Path) -> Result<EngineChoice>
     refuse_shapes(document)?;
     refuse_motion(document, "LIGGGHTS")?;
     if document.case.contact.enabled {
-        refuse_law(document)?;
+        refuse_law(document, true)?;
         refuse_lubrication(document, "LIGGGHTS")?;
         refuse_numbers(document)?;
     }
@@ -64,6 +64,7 @@ pub(super) fn engine(document: &Document, folder: &Path) -> Result<EngineChoice>
 /// A program of the user, which will not run unless it is allowed.
 fn process(document: &Document, section: &ProcessSection, folder: &Path) -> Result<EngineChoice> {
     refuse_motion(document, "a program")?;
+    refuse_law(document, false)?;
     refuse_lubrication(document, "a program")?;
     let command = section.command.join(" ");
     if section.command.is_empty() {
@@ -169,10 +170,15 @@ fn refuse_motion(document: &Document, engine: &str) -> Result<()> {
     Err(document.error_at(&places, &title, "take dem.engine = \"native\", or remove `motion`"))
 }
 
-fn refuse_law(document: &Document) -> Result<()> {
-    let Some((key, value)) = document.case.contact.native_only() else {
+fn refuse_law(document: &Document, liggghts: bool) -> Result<()> {
+    let Some((key, value)) = document.case.contact.native_only(liggghts) else {
         return Ok(());
     };
+    if !liggghts {
+        let title = format!("`{key}` is {value}, of which a program, `dem.engine`, is told nothing");
+        let places = [(key, "of the native engine"), ("dem.engine", "the engine")];
+        return Err(document.error_at(&places, &title, "remove it, or take dem.engine = \"native\""));
+    }
     let title = format!("`{key}` is {value}, which LIGGGHTS, `dem.engine`, does not have");
     let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
                   elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";

@@ -80,6 +80,7 @@ pub struct Case {
     /// Cell size, time step and method.
     pub lattice: Option<LatticeSection>,
     /// Particles without a fluid.
+    #[schemars(with = "Option<DryKeys>")]
     pub dry: Option<DrySection>,
     /// Kinds of particles; the diameter of the first kind, as its shape has it before `sizes` scale it, is the reference length D.
     #[serde(default)]
@@ -142,22 +143,54 @@ pub struct RelativeSize {
     pub diameters: [f64; 3],
 }
 
-/// Particles without a fluid: exactly one of `time_step`, `impact_speed`.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["time_step"] }, { "required": ["impact_speed"] }]))]
+/// Particles without a fluid.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(try_from = "DryKeys")]
 pub struct DrySection {
+    /// Time step.
+    pub step: DryStep,
+    /// Distance by which every surface is grown for contacts (m).
+    pub enlargement: f64,
+}
+
+/// Time step of a run without a fluid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DryStep {
+    /// In seconds.
+    Time(f64),
+    /// By the speed (m/s) of the fastest impacts that matter.
+    ImpactSpeed(f64),
+}
+
+/// Particles without a fluid: exactly one of `time_step`, `impact_speed`.
+#[derive(Deserialize, JsonSchema)]
+#[serde(rename = "DrySection", deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["time_step"] }, { "required": ["impact_speed"] }]))]
+struct DryKeys {
     /// Time step (s), of which contacts should last 50 or more.
     #[schemars(transform = positive)]
-    pub time_step: Option<f64>,
-    /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the shortest Hertz impact of spheres of the
+    time_step: Option<f64>,
+    /// Speed (m/s) of the fastest impacts that matter: the time step is a 50th of the shortest impact of spheres of the
     /// same volume at this speed (between flat faces an impact may last half as long).
     #[schemars(transform = positive)]
-    pub impact_speed: Option<f64>,
+    impact_speed: Option<f64>,
     /// Distance by which every surface is grown for contacts (m). Default 0.
     #[serde(default)]
     #[schemars(transform = non_negative)]
-    pub enlargement: f64,
+    enlargement: f64,
+}
+
+impl TryFrom<DryKeys> for DrySection {
+    type Error = &'static str;
+
+    fn try_from(keys: DryKeys) -> Result<Self, Self::Error> {
+        let step = match (keys.time_step, keys.impact_speed) {
+            (Some(step), None) => DryStep::Time(step),
+            (None, Some(speed)) => DryStep::ImpactSpeed(speed),
+            _ => return Err("exactly one of `time_step` and `impact_speed` is needed"),
+        };
+        Ok(Self { step, enlargement: keys.enlargement })
+    }
 }
 
 /// The fluid: its density, and exactly one of `viscosity`, `archimedes`, `galileo`.

@@ -1,9 +1,11 @@
 //! Materials by name, and the contact model.
 
 use super::checks::Document;
+use super::file::GeometryKind;
 use crate::contact::{ContactModel, Material, PairParams};
 use crate::document::nearest;
 use crate::error::Result;
+use serde_json::{Map, Value as Json, json};
 
 /// Name of the material of `[contact]`.
 const DEFAULT: &str = "default";
@@ -110,15 +112,68 @@ impl Materials {
             pairs[a * n + b] = special;
             pairs[b * n + a] = special;
         }
-        Ok(ContactModel { materials: self.elasticity.clone(), pairs, enlargement, ..contact.model() })
+        let model =
+            ContactModel { materials: self.elasticity.clone(), pairs, enlargement, ..contact.model() };
+        refuse_unread(document, &model, &model.parameters())?;
+        Ok(model)
     }
+}
 
-    /// The stiffest of all: its `E / (1 - nu^2)` is largest.
-    pub(super) fn stiffest(&self) -> &Material {
-        let stiffness = |m: &Material| m.youngs_modulus / (1.0 - m.poisson_ratio * m.poisson_ratio);
-        let materials = self.elasticity.iter();
-        materials
-            .max_by(|a, b| stiffness(a).total_cmp(&stiffness(b)))
-            .expect("there is always that of [contact]")
+/// Refuses parameters that no law of the case reads.
+fn refuse_unread(document: &Document, model: &ContactModel, read: &[&str]) -> Result<()> {
+    let contact = &document.case.contact;
+    let samples = "contact.samples";
+    if document.has(samples) && contact.geometry != GeometryKind::Sampled {
+        let title = "`contact.samples` is given, but `contact.geometry` is \"exact\", which takes no samples";
+        let remedy = "remove it, or take contact.geometry = \"sampled\"";
+        return Err(document.error(samples, title, "has no effect", remedy));
+    }
+    let fields = [json!(model.materials[0]), json!(model.pairs[0])];
+    let names = || fields.iter().filter_map(Json::as_object).flat_map(Map::keys);
+    let materials = (0..document.case.materials.len()).map(|n| format!("materials.{n}"));
+    let pairs = (0..contact.pairs.len()).map(|n| format!("contact.pairs.{n}"));
+    for section in std::iter::once("contact".to_string()).chain(materials).chain(pairs) {
+        for name in names().filter(|name| !read.contains(&name.as_str())) {
+            let key = format!("{section}.{name}");
+            if document.has(&key) {
+                let title = format!("`{key}` is given, but the contact law of the case reads no `{name}`");
+                let remedy = format!("remove it; read are {}", read.join(", "));
+                return Err(document.error(&key, &title, "has no effect", &remedy));
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Source;
+
+    const TEXT: &str = "domain.size = [1, 1, 1]\ndry.time_step = 1e-6\nrun.end.steps = 1\n\
+                        particles = [{ shape.sphere.diameter = 0.1, density = 1, count = 1 }]\n\
+                        contact.youngs_modulus = 1e6\n\
+                        [[materials]]\nname = \"cork\"\npoisson_ratio = 0.0\n\
+                        [[contact.pairs]]\nmaterials = [\"cork\", \"cork\"]\nrestitution = 0.1\n";
+
+    #[test]
+    fn a_parameter_that_no_law_reads_is_refused_wherever_it_stands() {
+        let source = Source::new("case.toml".to_string(), TEXT.to_string(), &[]);
+        let document = Document::parse(&source).unwrap_or_else(|e| panic!("{e}"));
+        let model = Materials::new(&document).unwrap().contact(&document, 0.0).unwrap();
+        let all = model.parameters();
+        assert!(refuse_unread(&document, &model, &all).is_ok());
+        for (name, key, line) in [
+            ("youngs_modulus", "`contact.youngs_modulus`", "case.toml:5:26"),
+            ("poisson_ratio", "`materials.0.poisson_ratio`", "case.toml:8:17"),
+            ("restitution", "`contact.pairs.0.restitution`", "case.toml:11:15"),
+        ] {
+            let read: Vec<&str> = all.iter().copied().filter(|read| *read != name).collect();
+            let refused = refuse_unread(&document, &model, &read).unwrap_err().to_string();
+            assert!(
+                refused.contains(key) && refused.contains(line) && refused.contains("remove it"),
+                "{refused}"
+            );
+        }
     }
 }

@@ -136,7 +136,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         .map(|(template, none)| if none { 0.0 } else { model.reach(&template.shape) });
     let reaches: Vec<f64> = reaches.collect();
     refuse_what_is_too_large(document, &kinds, &domain, &reaches)?;
-    let contact = document.case.contact.enabled.then_some(model);
+    let contact = document.case.contact.enabled.then(|| model.clone());
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
     refuse_walls(document, &engine, &walls)?;
@@ -147,7 +147,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             let fluid = physics::fluid(document, sections, &kinds, &domain, &walls, gravity)?;
             (fluid.0, Some(fluid.1))
         }
-        Medium::Dry(section) => (dry::time_step(section, substeps, templates, &materials), None),
+        Medium::Dry(section) => (dry::time_step(section, substeps, templates, &model), None),
     };
     let motions = motions(document, time_step)?;
     let prescribed = kinds.of_each(|section, _| motions[section].is_complete());

@@ -12,11 +12,15 @@
 //!
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
-use super::hertz::STEPS_PER_CONTACT;
 use super::scales::Reference;
 use super::{FluidSetup, Setup};
+use crate::contact::{ContactModel, SpherePair};
 use crate::math::Vec3;
+use crate::particle::Template;
 use crate::wall::{Surface, Wall};
+
+/// Steps of the particles in which a contact is resolved.
+pub(super) const STEPS_PER_CONTACT: f64 = 50.0;
 
 /// Steps that a contact should last to be stable, where little depends on how bodies rebound: pressed together by shear (the viscosity of
 /// `cases/shear_cell.toml` is the same to 3e-6 with 10 and with 52 steps), or after the longest fall.
@@ -146,10 +150,28 @@ impl Setup {
         });
         let moves = of_each.filter(|(_, (speed, ..))| *speed > 0.0);
         let impacts = moves.filter_map(|(template, (speed, cause, needed))| {
-            let steps = self.hertz(template)?.duration(speed) / self.time_step * f64::from(self.substeps);
+            let steps = self.spheres(template)?.duration(speed) / self.time_step * f64::from(self.substeps);
             Some(Impact { template, speed, cause, steps, needed })
         });
         impacts.collect()
+    }
+
+    /// Two particles of a template in contact, as spheres of their volume; none without contacts.
+    pub fn spheres(&self, template: usize) -> Option<SpherePair> {
+        let template = &self.templates[template];
+        Some(spheres(self.contact.as_ref()?, template.material, template))
+    }
+
+    /// Templates of particles that gravity presses onto others, and the depth (m) of a contact under the weight of one of them minus its
+    /// buoyancy, along the directions in which it is free.
+    pub fn resting_depths(&self) -> Vec<(usize, f64)> {
+        let depth = |template: usize| {
+            let (kind, free) = (&self.templates[template], self.motions[template].free);
+            let gravity = Vec3::from_fn(|axis, _| if free[axis] { self.gravity[axis] } else { 0.0 });
+            let weight = (kind.density - self.fluid_density()).abs() * kind.shape.volume() * gravity.norm();
+            Some((template, self.spheres(template)?.static_depth(weight)))
+        };
+        self.movable().into_iter().filter_map(depth).filter(|(_, depth)| *depth > 0.0).collect()
     }
 
     /// Templates, ascending, whose particles forces or torques move.
@@ -258,6 +280,11 @@ impl Setup {
             .min(from_rest * self.gravity.norm() * self.end_time())
             .min((2.0 * from_rest * drop).sqrt())
     }
+}
+
+/// Two bodies of a template in contact, as spheres of their volume and of one material.
+pub(super) fn spheres(model: &ContactModel, material: usize, template: &Template) -> SpherePair {
+    SpherePair::new(model, material, template.shape.equivalent_diameter(), template.mass())
 }
 
 /// Speed in the middle of a slit (m/s).

@@ -14,6 +14,7 @@
 //! measured, and [`neighbours`] keeps them while bodies move little. No result here depends on earlier ones; the engine stores the damping of each contact.
 
 mod clip;
+mod impact;
 pub mod law;
 pub mod lubrication;
 pub mod nearest;
@@ -30,6 +31,7 @@ pub mod sphere_sphere;
 mod tests;
 
 use crate::shape::Shape;
+pub use impact::SpherePair;
 pub use law::{PairLaw, PairProperties};
 pub use lubrication::Lubrication;
 pub use neighbours::{Neighbour, NeighbourList};

@@ -1,7 +1,7 @@
 //! The JSON of the messages `hello` and `set-up`: what an engine can do, and the case that it gets.
 
 use serde::{Deserialize, Serialize};
-use turbid_core::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
+use turbid_core::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
 use turbid_core::math::Vec3;
 use turbid_core::particle::Template;
 use turbid_core::shape::Shape;
@@ -141,9 +141,9 @@ impl TemplateSection {
 pub struct ContactSection {
     /// Distance by which the surface of every particle is grown for contacts (m).
     pub enlargement: f64,
-    /// The elastic law of the case.
+    /// The elastic law of the case: its name, or a table of its parameters under its name.
     pub law: ElasticLaw,
-    /// The damping of the case.
+    /// The damping of the case, in the same form.
     pub damping: DampingLaw,
     /// Materials.
     pub materials: Vec<Material>,
@@ -152,14 +152,17 @@ pub struct ContactSection {
 }
 
 impl ContactSection {
-    pub(crate) fn of(model: &ContactModel) -> Self {
-        Self {
-            enlargement: model.enlargement,
-            law: model.law,
-            damping: model.damping,
-            materials: model.materials.clone(),
-            pairs: model.pairs.clone(),
+    /// The model with all its parameters, or the part of it that the protocol does not have.
+    pub(crate) fn of(model: &ContactModel) -> Result<Self, &'static str> {
+        let ContactModel { materials, pairs, enlargement, geometry, law, damping, lubrication } =
+            model.clone();
+        if lubrication.is_some() {
+            return Err("lubrication");
         }
+        if geometry != Geometry::Exact {
+            return Err("overlaps measured by samples");
+        }
+        Ok(Self { enlargement, law, damping, materials, pairs })
     }
 
     /// A pair of materials, given by their indices.
@@ -224,5 +227,38 @@ pub fn wall_flaw(wall: &Wall) -> Option<&'static str> {
         }
         Surface::Cylinder { .. } if velocity != Vec3::zeros() => Some("is a cylinder that moves"),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use turbid_core::contact::lubrication::{Lubrication, Unresolved};
+
+    #[test]
+    fn a_contact_model_is_sent_whole_or_refused() {
+        for (law, damping) in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz]
+            .into_iter()
+            .flat_map(|law| [DampingLaw::HuntCrossley, DampingLaw::Tsuji].map(|damping| (law, damping)))
+        {
+            let model = ContactModel { law, damping, enlargement: 1e-5, ..ContactModel::default() };
+            let sent = ContactSection::of(&model).unwrap();
+            let received: ContactSection = serde_json::from_value(serde_json::json!(sent)).unwrap();
+            assert_eq!(received, sent);
+            let of = ContactModel {
+                law: received.law,
+                damping: received.damping,
+                enlargement: received.enlargement,
+                ..model.clone()
+            };
+            assert_eq!(of, model);
+        }
+        let geometry = Geometry::Sampled { samples: 4 };
+        let sampled = ContactModel { geometry, ..ContactModel::default() };
+        assert!(ContactSection::of(&sampled).unwrap_err().contains("samples"));
+        let lubrication =
+            Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: 1e-4, unresolved: Unresolved::SATURATED };
+        let lubricated = ContactModel { lubrication: Some(lubrication), ..ContactModel::default() };
+        assert!(ContactSection::of(&lubricated).unwrap_err().contains("lubrication"));
     }
 }

@@ -133,11 +133,14 @@ impl External {
                 return unsupported(format!("the wall `{}`, a {kind}, which {flaw}", wall.name));
             }
         }
+        let contact = self.params.contact.as_ref().map(ContactSection::of).transpose().map_err(|what| {
+            Error::Unsupported { engine: self.params.name, what: format!("{what}: the protocol has none") }
+        })?;
         Ok(SetUp {
             domain: BoxSection { size: domain.size().into(), periodic: domain.periodic() },
             gravity: self.params.gravity.into(),
             templates,
-            contact: self.params.contact.as_ref().map(ContactSection::of),
+            contact,
             walls: self.params.touched_walls().iter().map(WallSection::of).collect(),
             options: self.params.options.clone(),
         })

@@ -5,6 +5,7 @@ use crate::document::{non_negative, positive};
 use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 /// Contacts of particles with each other and with walls; the defaults are those of Marquardt et al. (2024).
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -40,7 +41,7 @@ pub struct ContactSection {
     pub damping: DampingLaw,
     /// Measurement of overlaps. Default "exact".
     pub geometry: GeometryKind,
-    /// Samples per direction of the sampled geometry. Default 8.
+    /// Samples per direction; only with `geometry = "sampled"`. Default 8.
     #[schemars(extend("minimum" = 2, "maximum" = 64))]
     pub samples: u32,
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
@@ -104,13 +105,16 @@ impl ContactSection {
         self.enlargement.unwrap_or(if self.lubrication.is_some() { 0.0 } else { 0.2 })
     }
 
-    /// A key with a value that LIGGGHTS does not have, and the value as the message says it.
-    pub(in crate::case) fn native_only(&self) -> Option<(&'static str, &'static str)> {
+    /// A key with a value that a program does not get, or LIGGGHTS does not have, and the value as the message says it.
+    pub(in crate::case) fn native_only(&self, liggghts: bool) -> Option<(&'static str, String)> {
+        let law = matches!(self.law, ElasticLaw::OverlapVolume | ElasticLaw::Hertz);
+        let damping = matches!(self.damping, DampingLaw::HuntCrossley | DampingLaw::Tsuji);
         let found = [
-            ("contact.law", "\"overlap_energy\"", self.law == ElasticLaw::OverlapEnergy),
-            ("contact.geometry", "\"sampled\"", self.geometry == GeometryKind::Sampled),
+            ("contact.geometry", json!(self.geometry), self.geometry == GeometryKind::Sampled),
+            ("contact.law", json!(self.law), liggghts && !law),
+            ("contact.damping", json!(self.damping), liggghts && !damping),
         ];
-        found.into_iter().find_map(|(key, value, given)| given.then_some((key, value)))
+        found.into_iter().find_map(|(key, value, given)| given.then(|| (key, value.to_string())))
     }
 }
 

@@ -349,9 +349,7 @@ fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact(
     assert!(setup.fluid.is_none() && setup.provenance.warnings.is_empty());
     assert!((setup.domain.size() - Vec3::new(0.1, 0.05, 0.2)).norm() < 1e-12);
     assert!(setup.domain.dx <= 0.25 * setup.diameter);
-    let material = setup.contact.as_ref().unwrap().materials[0];
-    let contact = crate::case::Hertz::new(&setup.templates[0], &material);
-    close(50.0 * setup.time_step, contact.duration(0.5));
+    close(50.0 * setup.time_step, setup.spheres(0).unwrap().duration(0.5));
     assert_eq!((setup.walls.len(), setup.fluid_density().to_bits()), (6, 0));
     assert!(setup.stokes_time().is_none() && setup.contact.unwrap().enlargement.abs() < 1e-300);
 }

@@ -194,6 +194,17 @@ fn only_commands_of_the_list_are_passed_on_and_others_are_refused_with_the_reaso
 }
 
 #[test]
+fn what_a_program_would_not_be_told_is_refused_when_the_case_is_read() {
+    let program = "engine = { command = [\"true\"] }";
+    let place = Place::new(&with_liggghts().replace("engine = \"liggghts\"", program));
+    place.well(&["check", "case.toml", "--set", "contact.law=overlap_energy"]);
+    place.refused(
+        &["check", "case.toml", "--set", "contact.geometry=sampled"],
+        &["option --set:1:18", "`contact.geometry` is \"sampled\"", "a program", "dem.engine = \"native\""],
+    );
+}
+
+#[test]
 fn an_engine_of_an_option_is_a_bare_word_and_its_mistakes_are_shown_there() {
     let place = Place::new(SPHERES);
     let with = |option: &'static str| ["check", "case.toml", "--set", option];

@@ -65,6 +65,7 @@ fn a_value_of_another_form_is_named_with_its_key_and_a_remedy() {
         ("fluid.density=1979-05-27", &["`fluid.density` is the date 1979-05-27", "a number"]),
         ("fluid.density={a=1}", &["`fluid.density` is a table", "Density (kg/m^3)"]),
         ("contact.samples=5000000000", &["`contact.samples` is 5000000000", "at least 2 and at most 64"]),
+        ("contact.samples=4", &["option --set:1:17", "`contact.samples`", "\"exact\"", "remove it"]),
         ("fluid=1", &["`fluid` is 1, but must be a table"]),
         ("particles=[1]", &["`particles.0` is 1, but must be a table"]),
         ("particles.0.list=1", &["`particles.0.list` is 1, but must be a list"]),

@@ -71,6 +71,42 @@ pub struct PairLaw {
     pub transition_velocity: f64,
 }
 
+impl ContactModel {
+    /// Names of the fields of [`Material`] and [`PairParams`](super::PairParams) that the laws read; a case that gives another one is
+    /// refused.
+    pub fn parameters(&self) -> Vec<&'static str> {
+        let elastic: &[&str] = match self.law {
+            ElasticLaw::OverlapVolume | ElasticLaw::OverlapEnergy | ElasticLaw::Hertz => {
+                &["youngs_modulus", "poisson_ratio"]
+            }
+        };
+        let damping: &[&str] = match self.damping {
+            DampingLaw::HuntCrossley | DampingLaw::Tsuji => &["restitution"],
+        };
+        let friction: &[&str] = &["friction_static", "friction_kinetic", "transition_velocity"];
+        [elastic, damping, friction].concat()
+    }
+}
+
+impl DampingLaw {
+    /// True if the law takes velocities of half a step before, as the velocity Verlet scheme of LIGGGHTS has them.
+    pub fn lags(self) -> bool {
+        match self {
+            Self::HuntCrossley => false,
+            Self::Tsuji => true,
+        }
+    }
+
+    /// Coefficient of restitution that comes out of one that is set (-), where it is another one: in a dry head-on impact, whatever the
+    /// elastic force and the speed.
+    pub fn resulting_restitution(self, set: f64) -> Option<f64> {
+        match self {
+            Self::HuntCrossley => Some(resulting_restitution(damping_number(set))),
+            Self::Tsuji => None,
+        }
+    }
+}
+
 impl PairLaw {
     /// Law between two materials, by their indices.
     ///
@@ -297,7 +333,7 @@ pub fn damping_number(restitution: f64) -> f64 {
 
 /// Coefficient of restitution that comes out of [`damping_number`] (-), whatever the elastic force and the impact speed:
 /// `e` of `(1 + e) y = ln((1 + y) / (1 - e y))`, `y` the damping number, in a dry head-on impact.
-pub fn resulting_restitution(damping_number: f64) -> f64 {
+fn resulting_restitution(damping_number: f64) -> f64 {
     let y = damping_number;
     // It falls over all `e` of which the logarithm is one.
     let excess = |e: f64| (1.0 + e) * y - (libm::log1p(y) - libm::log1p(-e * y));

@@ -49,7 +49,7 @@ use super::integrator::{self, Inertia};
 use super::saved::Saved;
 use super::{ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{ContactModel, DampingLaw, GrownShape, NeighbourList, PairFinder, PairLaw};
+use crate::contact::{ContactModel, GrownShape, NeighbourList, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -172,7 +172,7 @@ impl Native {
     fn note_loads(&mut self) {
         let ContactContext { past, laws, local, params, .. } = &mut self.context;
         past.clear();
-        if params.is_lubricated() || laws.iter().any(|law| law.damping == DampingLaw::Tsuji) {
+        if params.is_lubricated() || laws.iter().any(|law| law.damping.lags()) {
             past.extend_from_slice(&local.loads);
             past.extend_from_slice(&local.ghost_loads);
         }

@@ -3,7 +3,7 @@
 use crate::cli::terminal::{Row, row};
 use std::ops::RangeInclusive;
 use turbid::case::{Impact, Setup};
-use turbid::contact::{ContactModel, DampingLaw, law};
+use turbid::contact::ContactModel;
 
 /// Most sub-steps that are suggested to anybody.
 const MOST_SUBSTEPS: f64 = 1000.0;
@@ -47,20 +47,20 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     };
     let mut rows = Vec::new();
     let impact = setup.impact();
-    if let Some((Impact { template, speed, cause, .. }, hertz)) =
-        impact.and_then(|impact| Some((impact, setup.hertz(impact.template)?)))
+    if let Some((Impact { template, speed, cause, .. }, spheres)) =
+        impact.and_then(|impact| Some((impact, setup.spheres(impact.template)?)))
     {
         let kind = kind(setup, template);
         for (speed, part) in [(speed, ""), (0.1 * speed, " / 10")] {
-            let steps = hertz.duration(speed) / setup.time_step;
+            let steps = spheres.duration(speed) / setup.time_step;
             let substeps = match setup.substeps {
                 1 => String::new(),
                 n => format!(", {n} sub-steps each"),
             };
-            let remark = format!("steps, Hertz impact{kind} at {cause}{part}, {speed:.3e} m/s{substeps}");
+            let remark = format!("steps, impact{kind} at {cause}{part}, {speed:.3e} m/s{substeps}");
             rows.push(row("contact lasts", format!("{steps:.0}"), remark));
         }
-        let depth = hertz.impact_depth(speed);
+        let depth = spheres.impact_depth(speed);
         let part = depth / setup.templates[template].shape.equivalent_diameter();
         rows.push(row("overlap, impact", percent(part), format!("{}{kind}, at {cause}, dry", cells(depth))));
     }
@@ -74,15 +74,12 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
 
 /// The restitution that comes out of each one that is set, where the damping only comes near it.
 fn restitution_rows(contact: &ContactModel) -> Vec<Row> {
-    if contact.damping != DampingLaw::HuntCrossley {
-        return Vec::new();
-    }
     let mut set: Vec<f64> = contact.pairs.iter().map(|pair| pair.restitution).collect();
     set.sort_by(f64::total_cmp);
     set.dedup();
-    let rows = set.into_iter().map(|e| {
-        let comes_out = law::resulting_restitution(law::damping_number(e));
-        row("restitution", format!("{comes_out:.3}"), format!("{e} is set; of a dry head-on impact"))
+    let rows = set.into_iter().filter_map(|e| {
+        let comes_out = contact.damping.resulting_restitution(e)?;
+        Some(row("restitution", format!("{comes_out:.3}"), format!("{e} is set; of a dry head-on impact")))
     });
     rows.collect()
 }
@@ -90,6 +87,7 @@ fn restitution_rows(contact: &ContactModel) -> Vec<Row> {
 /// Contacts that are too short or too deep, with Young's moduli and sub-steps that mend both.
 pub(super) fn advice(setup: &Setup) -> Option<String> {
     let contact = setup.contact.as_ref()?;
+    let power = contact.law.exponent();
     let (impacts, material) = (setup.impacts(), |template: usize| setup.templates[template].material);
     let short = setup.impact().filter(|impact| impact.resolved() < 1.0);
     let deep = deepest(setup).filter(|(.., part)| *part > USUAL_DEPTH);
@@ -112,23 +110,24 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
     if faults.is_empty() {
         return None;
     }
-    // Factors on the modulus of each material: the least with which contacts at rest are shallow enough, and the largest with which
+    // Factors on the stiffness of each material: the least with which contacts at rest are shallow enough, and the largest with which
     // impacts last long enough. Rounded to the safe side when they are printed.
     let (mut least, mut most) =
         (vec![0.0_f64; contact.materials.len()], vec![1.0_f64; contact.materials.len()]);
     for (template, depth) in setup.resting_depths() {
         let part = depth / setup.templates[template].shape.equivalent_diameter();
         let least = &mut least[material(template)];
-        *least = least.max(1.001 * libm::pow(part / USUAL_DEPTH, 1.5));
+        *least = least.max(1.001 * libm::pow(part / USUAL_DEPTH, power));
     }
     for impact in impacts.iter().filter(|impact| impact.resolved() < 1.0) {
         let most = &mut most[material(impact.template)];
-        *most = most.min(0.999 * libm::pow(impact.resolved(), 2.5));
+        *most = most.min(0.999 * libm::pow(impact.resolved(), power + 1.0));
     }
     let stiffer: Vec<f64> = least.iter().map(|least| least.max(1.0)).collect();
     // Sub-steps for the moduli that are left or taken.
     let needed = impacts.iter().map(|impact| {
-        f64::from(setup.substeps) / impact.resolved() * libm::pow(stiffer[material(impact.template)], 0.4)
+        f64::from(setup.substeps) / impact.resolved()
+            * libm::pow(stiffer[material(impact.template)], 1.0 / (power + 1.0))
     });
     let substeps = needed.fold(1.0, f64::max).ceil();
     let enough = substeps <= f64::from(setup.substeps);
@@ -149,8 +148,14 @@ pub(super) fn advice(setup: &Setup) -> Option<String> {
     Some(format!("{}; {remedy}", faults.join("; ")))
 }
 
-/// Young's moduli times these factors, as keys of the case with their values; none if one of them is unusual.
+/// Young's moduli times these factors, as keys of the case with their values; none if one of them is unusual. Of a law that reads none,
+/// the factor on its own stiffness.
 fn moduli(contact: &ContactModel, factors: &[f64]) -> Option<String> {
+    if !contact.parameters().contains(&"youngs_modulus") {
+        let [least, most] = [f64::min, f64::max].map(|of| factors.iter().copied().fold(1.0, of));
+        let factor = if least < 1.0 { least } else { most };
+        return Some(format!("a stiffness of `contact.law` {factor:.3e} times as large"));
+    }
     let changed = contact
         .materials
         .iter()

@@ -373,3 +373,41 @@ fn bodies_of_unlike_stiffness_compress_like_springs_in_series() {
     assert!((a / b - 1.0).abs() < 1e-15);
     assert!((a / (1e3 / (1.0 - 0.0625)) - 1.0).abs() < 1e-3);
 }
+
+#[test]
+fn a_law_depends_on_the_parameters_that_it_reads_and_on_no_others() {
+    let changed = |params: &ContactParams, which: usize| {
+        let mut changed = *params;
+        let Material { youngs_modulus, poisson_ratio } = &mut changed.material;
+        let PairParams { restitution, friction_static, friction_kinetic, transition_velocity } =
+            &mut changed.pair;
+        let fields = [
+            ("youngs_modulus", youngs_modulus),
+            ("poisson_ratio", poisson_ratio),
+            ("restitution", restitution),
+            ("friction_static", friction_static),
+            ("friction_kinetic", friction_kinetic),
+            ("transition_velocity", transition_velocity),
+        ];
+        let (name, number) = fields.into_iter().nth(which)?;
+        *number *= 1.1;
+        Some((name, changed))
+    };
+    for law in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz] {
+        for damping in [DampingLaw::HuntCrossley, DampingLaw::Tsuji] {
+            let params = ContactParams { law, damping, ..GLASS };
+            let force = |params: ContactParams| {
+                let law = PairLaw::new(&params.into(), 0, 0);
+                let overlap = lens(1e-5);
+                let velocity = Vec3::new(0.1, 1e-3, 0.0);
+                let damping = law.latch(UNSET, 0.1);
+                law.act(&overlap, Vec3::new(2e-3 - overlap.depth, 0.0, 0.0), &EQUAL, velocity, damping).force
+            };
+            let read = ContactModel::from(params).parameters();
+            for (name, changed) in (0..).map_while(|which| changed(&params, which)) {
+                let differs = force(changed) != force(params);
+                assert_eq!(differs, read.contains(&name), "{law:?} {damping:?} {name}");
+            }
+        }
+    }
+}

@@ -6,8 +6,8 @@ use super::films::Acting;
 use super::forces::{ContactForces, ContactInput, PairEntry};
 use crate::contact::lubrication::Rates;
 use crate::contact::{
-    Body, ContactModel, DampingLaw, GrownShape, Neighbour, NeighbourList, PairLaw, PairProperties,
-    overlap_again, overlap_wall,
+    Body, ContactModel, GrownShape, Neighbour, NeighbourList, PairLaw, PairProperties, overlap_again,
+    overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
@@ -120,17 +120,14 @@ impl ContactContext {
 
     /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, as a law needs it.
     ///
-    /// [`DampingLaw::Tsuji`] exists for comparison with LIGGGHTS, whose velocity Verlet computes forces with the
-    /// velocity of half a step before, `v - dt/2 (C + F + m g) / m`: so does it.
+    /// A [law that lags](crate::contact::DampingLaw::lags) gets that of half a step before, `v - dt/2 (C + F + m g) / m`.
     fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> Vec3 {
         let particle = &self.local.store.particles[index];
         let moved_by_forces = self.substep > 0 && self.constants(particle).motion.is_free();
-        let past = self.past.get(index).filter(|_| moved_by_forces);
-        let (velocity, spin) = match (law.damping, past) {
-            (DampingLaw::HuntCrossley, _) | (DampingLaw::Tsuji, None) => {
-                (particle.velocity(), particle.angular_velocity())
-            }
-            (DampingLaw::Tsuji, Some(past)) => {
+        let past = self.past.get(index).filter(|_| moved_by_forces && law.damping.lags());
+        let (velocity, spin) = match past {
+            None => (particle.velocity(), particle.angular_velocity()),
+            Some(past) => {
                 let inertia = &self.constants(particle).inertia;
                 let half = 0.5 * dt;
                 let weight = self.params.gravity * inertia.mass;

@@ -3,7 +3,7 @@
 use super::tests::{RADIUS, dry, engine, restitution};
 use super::*;
 use crate::comm::on_threads;
-use crate::contact::ElasticLaw;
+use crate::contact::{DampingLaw, ElasticLaw};
 use crate::math::Quat;
 use crate::particle::TimeFunction;
 
