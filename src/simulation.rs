@@ -32,7 +32,7 @@ use crate::error::{Error, Result};
 use crate::fluid::{Boundary, Flow, FluidParams};
 use crate::math::Vec3;
 pub use crate::output::Fields;
-use crate::particle::{ParticleStore, Template};
+use crate::particle::{Particle, ParticleStore, Template};
 use crate::timing::Timings;
 use crate::units::Units;
 use crate::wall::Wall;
@@ -124,6 +124,8 @@ pub struct Simulation {
     external: Option<ExternalLoad>,
     /// True if the caller moves the particles.
     caller_moves: bool,
+    /// A step, and the states before it of particles that a caller sets after it.
+    before: Option<(u64, Vec<Particle>)>,
     /// True if there are contacts.
     contacts: bool,
     templates: Arc<[Template]>,
@@ -254,6 +256,7 @@ impl Simulation {
             checkpoint: None,
             external: None,
             caller_moves: false,
+            before: None,
             contacts: setup.contact.is_some(),
             templates: setup.templates.clone(),
             domain: setup.domain,

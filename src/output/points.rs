@@ -6,18 +6,11 @@
 //! `hydrodynamic_force` (N, buoyancy included) and `hydrodynamic_torque` (N m) of the last step. `ParaView`'s 3D Glyphs of unit size,
 //! scaled by `size` and turned by `orientation`, show the particles.
 
-use super::pieces;
 use super::polydata::PolyData;
 use crate::dem::Load;
 use crate::domain::Domain;
-use crate::error::{Error, Result};
-use crate::input;
-use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
-use std::path::{Path, PathBuf};
-use vtkio::Vtk;
-use vtkio::model::{Attribute, DataSet, Piece};
 
 /// The kinds of particles of a run, for its files of points.
 #[derive(Clone, Debug)]
@@ -95,96 +88,6 @@ impl ParticlePoints {
     }
 }
 
-/// A particle as a file of points has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointRecord {
-    /// Unique number.
-    pub id: u64,
-    /// Section of the case, counted from 0.
-    pub kind: u64,
-    /// Diameter of the sphere of equal volume (m).
-    pub diameter: f64,
-    /// Centre (m).
-    pub position: Vec3,
-    /// Orientation of the shape as the case gives it.
-    pub orientation: Quat,
-    /// Velocity (m/s).
-    pub velocity: Vec3,
-    /// Angular velocity (1/s).
-    pub angular_velocity: Vec3,
-}
-
-/// The particles in a file, or in its [pieces](super::pieces::piece), ascending by id. Errors: [`Error::Io`] if a file cannot be
-/// read, [`Error::Input`] if it does not hold particles as points.
-pub fn read(file: &Path) -> Result<Vec<PointRecord>> {
-    let index = pieces::index(file);
-    let parts: Vec<PathBuf> = if index.exists() {
-        let text = input::read_unlinked(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
-        let count = String::from_utf8_lossy(&text).matches("<Piece ").count();
-        (0..count).map(|rank| pieces::piece(file, rank)).collect()
-    } else {
-        vec![file.to_path_buf()]
-    };
-    // The folder of pieces is the run's own as well.
-    if let Some(folder) = parts.first().and_then(|part| part.parent()).filter(|folder| folder.is_symlink()) {
-        return Err(Error::Input(format!("{} is a symbolic link, and no folder of a run", folder.display())));
-    }
-    let mut all = Vec::new();
-    for part in parts {
-        let bytes = input::read_unlinked(&part, input::TABLE).map_err(|e| Error::io("read", &part, e))?;
-        let records = records(&bytes).map_err(|what| {
-            let shown = part.display();
-            Error::Input(format!(
-                "{shown}: {what}; files of particles that this version of turbid has written hold all of them as points"
-            ))
-        })?;
-        all.extend(records);
-    }
-    all.sort_unstable_by_key(|record| record.id);
-    Ok(all)
-}
-
-/// The particles in the bytes of a file, or what is wrong with it, without a word of it.
-fn records(bytes: &[u8]) -> std::result::Result<Vec<PointRecord>, String> {
-    let vtk = Vtk::parse_xml(bytes).map_err(|_| "no file of VTK that this program reads".to_owned())?;
-    let DataSet::PolyData { pieces, .. } = vtk.data else {
-        return Err("no polygonal data".to_owned());
-    };
-    let mut all = Vec::new();
-    for piece in pieces {
-        let Piece::Inline(piece) = piece else {
-            return Err("a piece is elsewhere".to_owned());
-        };
-        let array = |name: &str, components: usize| {
-            let of = |attribute: &Attribute| match attribute {
-                Attribute::DataArray(array) if array.name == name => array.data.cast_into::<f64>(),
-                _ => None,
-            };
-            (piece.data.point.iter().find_map(of))
-                .filter(|values| values.len() == components * piece.num_points())
-                .ok_or_else(|| format!("no array `{name}` of {components} numbers per particle"))
-        };
-        let positions: Vec<f64> = piece.points.cast_into().ok_or("no points")?;
-        let (ids, kinds, diameters) = (array("id", 1)?, array("kind", 1)?, array("equivalent_diameter", 1)?);
-        let (turns, velocities, spins) =
-            (array("orientation", 4)?, array("velocity", 3)?, array("angular_velocity", 3)?);
-        let three = |values: &[f64], i: usize| Vec3::from_row_slice(&values[3 * i..3 * i + 3]);
-        all.extend((0..ids.len()).map(|i| {
-            let [w, x, y, z] = std::array::from_fn(|k| turns[4 * i + k]);
-            PointRecord {
-                id: ids[i] as u64,
-                kind: kinds[i] as u64,
-                diameter: diameters[i],
-                position: three(&positions, i),
-                orientation: Quat::new_unchecked(Quaternion::new(w, x, y, z)),
-                velocity: three(&velocities, i),
-                angular_velocity: three(&spins, i),
-            }
-        }));
-    }
-    Ok(all)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::vtk_reader::{piece as read, point_data as array};
@@ -231,14 +134,6 @@ mod tests {
             .map(|p| Load { force: p.position() * 3.0, torque: p.position() / 3.0 })
             .collect();
         points().data(&BOX, &particles, Some(&loads)).write(&path).unwrap();
-        for (record, particle) in super::read(&path).unwrap().iter().zip(&particles) {
-            assert_eq!(
-                (record.id, record.position, record.velocity, record.angular_velocity),
-                (particle.id, particle.position(), particle.velocity(), particle.angular_velocity())
-            );
-            let frame = &points().kinds[particle.template as usize].frame;
-            assert_eq!(record.orientation, particle.orientation_given(frame));
-        }
         let piece = read(&path);
         let at: Vec<f64> = piece.points.cast_into().unwrap();
         assert_eq!(piece.verts.as_ref().unwrap().num_cells(), 5);
@@ -252,6 +147,9 @@ mod tests {
             assert_eq!(Vec3::from(three("contact_torque")), Vec3::from(particle.contact_torque));
             assert_eq!(Vec3::from(three("hydrodynamic_force")), loads[i].force);
             assert_eq!(Vec3::from(three("hydrodynamic_torque")), loads[i].torque);
+            let [x, y, z, w] =
+                particle.orientation_given(&points().kinds[particle.template as usize].frame).coords.into();
+            assert_eq!(array(&piece, "orientation")[4 * i..4 * i + 4], [w, x, y, z]);
             assert_eq!(array(&piece, "id")[i] as u64, particle.id);
             assert_eq!(array(&piece, "kind")[i] as usize, [0, 3][i % 2]);
         }

@@ -103,6 +103,29 @@ pub fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) -> Resu
     }
 }
 
+/// Reads the particles in the points of a run, of which there may be none.
+pub fn of_a_run(bytes: &[u8], name: &str) -> Result<Vec<Row>, String> {
+    let points = if vtk::is_vtk(bytes) {
+        vtk::points(bytes, name, &Columns::default(), false)?
+    } else {
+        return Err(format!("{name}: it is no file of VTK"));
+    };
+    let row = |point: &Placement| {
+        let [velocity, angular_velocity] = point.motion?;
+        Some(Row {
+            id: point.id?,
+            kind: point.kind?.0 as usize,
+            diameter: point.diameter?.0,
+            position: point.position,
+            orientation: point.orientation,
+            velocity,
+            angular_velocity,
+        })
+    };
+    let rows = points.iter().map(row).collect::<Option<_>>();
+    rows.ok_or_else(|| format!("{name}: its points have not all of id, kind, equivalent_diameter, velocity"))
+}
+
 /// True for the line of a data file of LAMMPS that every one has.
 fn is_count_of_atoms(line: &str) -> bool {
     let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();

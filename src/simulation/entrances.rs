@@ -4,7 +4,7 @@ use super::observe::own_fields;
 use super::{Fields, Simulation, run};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::dem::states;
+use crate::dem::states::{self, Limits};
 use crate::dem::{Ballistic, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
@@ -127,8 +127,8 @@ impl Simulation {
 
     /// Sets position (m), orientation, velocity (m/s) and angular velocity (1/s) of all particles to those of `states`, which are
     /// ascending by id and the same on every rank; what else they hold is not read. Positions are wrapped; what does not change keeps
-    /// every bit. The fluid meets the new states in the next step. After the first step, particles that the caller moves may be a cell
-    /// away from where they were before the last one. Collective.
+    /// every bit. The fluid meets the new states in the next step. After the first step, particles may be a cell away from where they are,
+    /// or, if the caller moves them, from where they were before the last step. Collective.
     ///
     /// ```
     /// # let mut simulation = turbid::Builder::example().build()?;
@@ -142,12 +142,22 @@ impl Simulation {
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if `states` are not those of all particles, or impossible: not finite, too
-    /// fast, too far away, or deeper in another body or a wall than a quarter of the thickness;
+    /// fast, too far away, or deeper in another body, with which it does not move as one, or a wall than a quarter of the thickness;
     /// [`Error::Unsupported`] from an engine of which no states can be set.
     pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
         let saved = self.comm.agree(self.dem.save())?;
         let parts = self.comm.all_gather(saved);
-        let parts = states::replace(self.dem.name(), &parts, states, &self.limits())?;
+        let before = match self.before.take() {
+            Some((step, before)) if step == self.step => before,
+            _ => {
+                let dt = if self.caller_moves && self.step > 0 { self.units.dt } else { 0.0 };
+                states::earlier(self.dem.name(), &parts, &self.domain, dt)?
+            }
+        };
+        let limits = Limits { before: &before, ..self.limits() };
+        let parts = states::replace(self.dem.name(), &parts, states, &limits);
+        self.before = Some((self.step, before));
+        let parts = parts?;
         self.dem.restore(&self.comm, &parts)
     }
 

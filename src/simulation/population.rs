@@ -81,7 +81,8 @@ impl Simulation {
             walls: &self.walls,
             time: self.time(),
             solid: self.contacts || self.caller_moves,
-            continuous: self.caller_moves && self.step > 0,
+            before: &[],
+            continuous: self.step > 0,
         }
     }
 

@@ -87,7 +87,7 @@ impl Simulation {
         }
         self.recount();
         self.step = step;
-        (self.failure, self.agreed) = (None, None);
+        (self.failure, self.agreed, self.before) = (None, None, None);
         outcome
     }
 }

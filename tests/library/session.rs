@@ -141,6 +141,75 @@ fn bodies_are_placed_freely_before_the_first_step_but_not_in_each_other_or_in_wa
 }
 
 #[test]
+fn a_body_gets_no_further_than_a_cell_in_a_step_however_often_it_is_set() {
+    for session in [Session::caller_driven(setup(1)), Session::new(setup(1))] {
+        let session = session.unwrap();
+        session.advance(2).unwrap();
+        let mut states = session.particles().unwrap();
+        // 0.8 cells.
+        states[1].position[0] += 2e-4;
+        session.set_particles(states.clone()).unwrap();
+        states[1].position[0] += 2e-4;
+        let said = session.set_particles(states.clone()).unwrap_err().to_string();
+        assert!(said.contains("particle 1 is 1.600 cells from where it was"), "{said}");
+        session.advance(1).unwrap();
+        session.set_particles(states).unwrap();
+    }
+}
+
+#[test]
+fn long_boxes_overlap_others_and_walls_along_their_whole_length() {
+    let boxes = Particles::cuboids([1e-3, 1e-3, 2e-3], 2500.0).at([2e-3, 2e-3, 5e-3]).at([2e-3, 2e-3, 2e-3]);
+    let case = Builder::new([6e-3, 6e-3, 8e-3]).periodic([true, true, false]).fluid(1000.0, 1e-5);
+    let setup = case.lattice(4.0, 0.6).particles(boxes).threads(1).setup().unwrap();
+    let session = Session::caller_driven(setup).unwrap();
+    let start = session.particles().unwrap();
+    let set = |height: f64, turn: [f64; 4]| {
+        let mut states = start.clone();
+        (states[1].position[2], states[1].orientation) = (height, turn);
+        session.set_particles(states).map_err(|error| error.to_string())
+    };
+    let (upright, across) = ([0.0, 0.0, 0.0, 1.0], [0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt()]);
+    set(3.2e-3, upright).unwrap();
+    let said = set(3.4e-3, upright).unwrap_err();
+    assert!(said.contains("particle 0 would overlap particle 1 by 4.000e-4 m"), "{said}");
+    set(3.4e-3, across).unwrap();
+    let said = set(6e-4, upright).unwrap_err();
+    assert!(said.contains("particle 1 would overlap the wall `z-` by 4.000e-4 m"), "{said}");
+    set(6e-4, across).unwrap();
+}
+
+#[test]
+fn bodies_that_overlap_move_as_one_and_never_against_each_other_on_2_ranks() {
+    let bed = Particles::spheres(1e-3, 2500.0).at([2e-3, 2e-3, 2e-3]).at([2.6e-3, 2e-3, 2e-3]).fixed();
+    let case = Builder::new([6e-3, 6e-3, 8e-3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6);
+    let session = Session::caller_driven(case.particles(bed).threads(2).setup().unwrap()).unwrap();
+    let start = session.particles().unwrap();
+    let dt = session.setup().time_step;
+    // A tenth of a cell per step, and a turn about the first sphere.
+    let (velocity, spin) = (Vec3::new(0.0, 0.0, 2.5e-5 / dt), 1e-3 / dt);
+    let mut states = start.clone();
+    for step in 1..20 {
+        session.advance(1).unwrap();
+        let angle = 1e-3 * f64::from(step);
+        let arm = Vec3::new(angle.cos(), angle.sin(), 0.0) * 6e-4;
+        for (n, (state, first)) in states.iter_mut().zip(&start).enumerate() {
+            let arm = if n == 0 { Vec3::zeros() } else { arm };
+            let centre = start[0].position() + velocity * dt * f64::from(step);
+            state.position = (centre + arm).into();
+            state.orientation = [0.0, 0.0, (0.5 * angle).sin(), (0.5 * angle).cos()];
+            state.velocity = (velocity + Vec3::z().cross(&arm) * spin).into();
+            state.angular_velocity = [0.0, 0.0, spin];
+            assert_eq!(first.id, state.id);
+        }
+        session.set_particles(states.clone()).unwrap();
+    }
+    states[1].position[0] -= 1e-6;
+    let said = session.set_particles(states).unwrap_err().to_string();
+    assert!(said.contains("particle 0 would overlap particle 1 by 4.010e-4 m"), "{said}");
+}
+
+#[test]
 fn a_session_that_has_failed_returns_its_first_error_for_ever_on_2_ranks() {
     let session = Session::new(setup(2)).unwrap();
     session.advance(1).unwrap();

@@ -2,8 +2,9 @@
 
 use crate::common::Place;
 use turbid::case::Setup;
+use turbid::output::OutputFiles;
 use turbid::output::directory::PARTICLES;
-use turbid::output::{OutputFiles, points};
+use turbid::packing::positions::{self, Row};
 
 /// Spheres of two sizes and cubes that fall in a box; `MEDIUM` is air or water, the rest says where they are.
 const CASE: &str = r#"
@@ -44,6 +45,14 @@ fn reader(packed: &str) -> Place {
     place
 }
 
+/// The particles in a file of points, ascending by id.
+fn points(place: &Place, out: &str, step: u64) -> Vec<Row> {
+    let file = OutputFiles::new(place.path(out)).file(PARTICLES, step);
+    let mut rows = positions::of_a_run(&std::fs::read(file).unwrap(), out).unwrap();
+    rows.sort_unstable_by_key(|row| row.id);
+    rows
+}
+
 fn load(place: &Place) -> Setup {
     turbid::case::load(&place.path("wet.toml"), &[]).unwrap()
 }
@@ -55,7 +64,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
     place.well(&["run", "dry.toml", "--quiet"]);
     let said = place.well(&["pack", "--from", "out/dry", "--out", "packed.csv"]);
     assert!(said.contains("36 particles") && said.contains("step 400"), "{said}");
-    let last = points::read(&OutputFiles::new(place.path("out/dry")).file(PARTICLES, 400)).unwrap();
+    let last = points(&place, "out/dry", 400);
     let wet = load(&place);
     assert_eq!(last.len(), 36);
     for (there, here) in last.iter().zip(&wet.particles) {
@@ -64,7 +73,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
         assert_eq!(there.angular_velocity, here.angular_velocity());
         assert!(there.velocity.norm() > 0.0);
         let template = here.template as usize;
-        assert_eq!(there.kind as usize, wet.sections[template]);
+        assert_eq!(there.kind, wet.sections[template]);
         let given = here.orientation_given(&wet.frames[template]);
         assert!(given.angle_to(&there.orientation) < 1e-7, "{given} {}", there.orientation);
         let diameter = wet.templates[template].shape.equivalent_diameter();
@@ -74,7 +83,7 @@ fn a_dry_packing_of_a_mixture_becomes_a_wet_run_with_the_same_particles() {
     assert_eq!(kinds.len(), 3, "two sizes of spheres, and stones");
     // And the wet run begins with them.
     place.well(&["run", "wet.toml", "--quiet", "--set", "run.end.steps=1"]);
-    let first = points::read(&OutputFiles::new(place.path("out/wet")).file(PARTICLES, 0)).unwrap();
+    let first = points(&place, "out/wet", 0);
     assert!(
         first
             .iter()
@@ -287,4 +296,26 @@ fn particles_are_not_read_through_a_link_and_no_word_of_another_file_is_told() {
     std::fs::copy(place.path("secret"), &file).unwrap();
     let said = place.ends(2, &arguments);
     assert!(said.contains("no file of VTK") && !said.contains("secret"), "{said}");
+}
+
+#[test]
+fn a_file_of_points_that_is_cut_off_anywhere_is_refused_by_name() {
+    let place = Place::empty();
+    place.write("dry.toml", case(DRY, "count = 4", "count = 1"));
+    place.well(&["run", "dry.toml", "--quiet", "--set", "run.end.steps=2"]);
+    let file = OutputFiles::new(place.path("out/dry")).file(PARTICLES, 2);
+    let whole = std::fs::read(&file).unwrap();
+    let end = whole.windows(5).rposition(|window| window == b"</Pie").unwrap();
+    for length in (0..end).step_by(97) {
+        let found = positions::of_a_run(&whole[..length], "cut.vtp");
+        assert!(
+            found.as_ref().map_or_else(|what| what.contains("cut.vtp"), Vec::is_empty),
+            "{length}: {found:?}"
+        );
+    }
+    std::fs::write(&file, &whole[..whole.len() / 2]).unwrap();
+    place.refused(
+        &["pack", "--from", "out/dry", "--out", "packed.csv"],
+        &["particles_0000000002.vtp", "that this version of turbid has written"],
+    );
 }

@@ -8,7 +8,7 @@ mod legacy;
 mod xml;
 
 use super::columns::{Alias, Columns, Dialect, KIND, Layout, Line};
-use super::{Found, MOST};
+use super::{Found, MOST, Placement};
 use crate::input;
 use array::{Array, Data, Kind};
 
@@ -73,8 +73,22 @@ pub(super) fn is_vtk(bytes: &[u8]) -> bool {
     has(b"# vtk datafile") || has(b"<vtkfile")
 }
 
-/// Reads the points of a file.
+/// Reads the points of a file, of which there is at least one.
 pub(super) fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) -> Result<Found, String> {
+    let placements = points(bytes, name, columns, several)?;
+    if placements.is_empty() {
+        return Err(format!("{name}: holds no points; {EXPECTED}"));
+    }
+    Ok(Found { placements, notes: Vec::new() })
+}
+
+/// Reads the points of a file.
+pub(super) fn points(
+    bytes: &[u8],
+    name: &str,
+    columns: &Columns,
+    several: bool,
+) -> Result<Vec<Placement>, String> {
     let is_legacy = bytes.trim_ascii_start().first() == Some(&b'#');
     let bad = |what: String| format!("{name}: {what}; {EXPECTED}");
     let pieces = if is_legacy { legacy::pieces(bytes) } else { xml::pieces(bytes) }.map_err(bad)?;
@@ -111,8 +125,5 @@ pub(super) fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) 
             placements.push(placement.map_err(|(_, what)| bad(format!("point {}: {what}", point.number)))?);
         }
     }
-    if placements.is_empty() {
-        return Err(bad("holds no points".to_owned()));
-    }
-    Ok(Found { placements, notes: Vec::new() })
+    Ok(placements)
 }

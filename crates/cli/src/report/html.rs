@@ -3,7 +3,7 @@
 //! Everything that comes from a case, a file or a name is escaped, and the policy of the page lets only the script and the style of this
 //! program act, which bear a number that follows from all contents.
 
-use super::section::{Block, Section};
+use super::section::{Block, Section, Span, spans};
 use serde::Serialize;
 use std::fmt::Write;
 use turbid::output::picture::{Figure, Format};
@@ -216,20 +216,14 @@ pub(crate) fn escaped(text: &str) -> String {
     html
 }
 
-/// Text as HTML, with `` `code` `` and `**strong**` words.
+/// Text as HTML, with its [`spans`].
 pub(super) fn inline(text: &str) -> String {
-    let pairs = |text: &str, mark: &str, element: &str| {
-        let parts: Vec<&str> = text.split(mark).collect();
-        let last = parts.len() - 1;
-        let parts = parts.into_iter().enumerate().map(|(at, part)| match at % 2 {
-            0 => part.to_string(),
-            // One without a second is itself.
-            _ if at == last => format!("{mark}{part}"),
-            _ => format!("<{element}>{part}</{element}>"),
-        });
-        parts.collect::<String>()
+    let in_html = |span: Span| match span {
+        Span::Plain(text) => escaped(text),
+        Span::Code(text) => format!("<code>{}</code>", escaped(text)),
+        Span::Strong(text) => format!("<strong>{text}</strong>"),
     };
-    pairs(&pairs(&escaped(text), "`", "code"), "**", "strong")
+    spans(text).into_iter().map(in_html).collect()
 }
 
 /// Address of a file by its path from the page; it cannot name a scheme or a host.
@@ -248,10 +242,8 @@ mod tests {
 
     #[test]
     fn what_comes_from_others_stays_text() {
-        assert_eq!(
-            inline("<b> & `<i>` **x** `"),
-            "&lt;b&gt; &amp; <code>&lt;i&gt;</code> <strong>x</strong> `"
-        );
+        assert_eq!(inline("<b> & `<i>` **x** `"), "&lt;b&gt; &amp; <code>&lt;i&gt;</code> **x** `");
+        assert_eq!(inline("**FAIL**"), "<strong>FAIL</strong>");
         assert_eq!(address("a b/javascript:\"x"), "./a%20b/javascript%3A%22x");
         let values = data(&["</script><script>alert(1)</script>"]);
         assert_eq!(values.matches("</script>").count(), 1, "{values}");

@@ -1,9 +1,11 @@
 //! Text in `REPORT.md`: what comes from a case, a file or a name is text there, and neither HTML nor a link, a heading or a fence.
 
+use super::section::{Span, spans};
+
 /// Characters that begin something else at the start of a line.
 const AT_START: [char; 5] = ['#', '-', '+', '=', '~'];
 
-/// Text of a line, with `` `code` `` and `**strong**` words.
+/// Text of a line, with its [`spans`].
 pub(super) fn inline(words: &str) -> String {
     let text = cell(words);
     let rest = text.trim_start_matches(['*', '_']);
@@ -15,33 +17,17 @@ pub(super) fn inline(words: &str) -> String {
 /// The same within a line, as in a cell of a table.
 pub(super) fn cell(words: &str) -> String {
     let words = turbid_lab::checks::one_line(words);
-    let parts: Vec<&str> = words.split('`').collect();
-    let last = parts.len() - 1;
-    let plain = |at: usize, part: &str| {
-        let [before, after] = [at == 0, at == last].map(|edge| if edge { ' ' } else { '`' });
-        with_strong(part, before, after)
-    };
-    let in_markdown = |(at, part): (usize, &str)| match at % 2 {
-        0 => plain(at, part),
-        // One without a second is itself; two without a word between them would join another one.
-        _ if at == last => format!("\\`{}", plain(at, part)),
-        _ if part.is_empty() => "\\`\\`".to_string(),
-        _ => format!("`{part}`"),
-    };
-    parts.into_iter().enumerate().map(in_markdown).collect()
-}
-
-/// Text between two characters, with `**strong**` words.
-fn with_strong(text: &str, before: char, after: char) -> String {
-    let inside = |text: &str| !text.is_empty() && text.trim() == text && !text.contains('*');
-    let parts: Vec<&str> = text.splitn(3, "**").collect();
-    match parts[..] {
-        [first, strong, rest] if inside(strong) && !first.ends_with('*') && !rest.starts_with('*') => {
-            let [first, rest] = [marked(first, before, '*'), with_strong(rest, '*', after)];
-            format!("{first}**{}**{rest}", marked(strong, '*', '*'))
+    let spans = spans(&words);
+    let last = spans.len() - 1;
+    let in_markdown = |(at, span): (usize, &Span)| match span {
+        Span::Plain(text) => {
+            let [before, after] = [at == 0, at == last].map(|edge| if edge { ' ' } else { '`' });
+            marked(text, before, after)
         }
-        _ => marked(text, before, after),
-    }
+        Span::Code(text) => format!("`{text}`"),
+        Span::Strong(text) => format!("**{text}**"),
+    };
+    spans.iter().enumerate().map(in_markdown).collect()
 }
 
 /// Text between two characters, in which nothing is emphasised or struck out: of `*`, `_` and `~` those are escaped that could begin
@@ -74,7 +60,7 @@ fn escaped(text: &str) -> String {
             '&' => escaped += "&amp;",
             '<' => escaped += "&lt;",
             '>' => escaped += "&gt;",
-            '\\' | '[' | ']' => escaped.extend(['\\', c]),
+            '\\' | '[' | ']' | '`' => escaped.extend(['\\', c]),
             c => escaped.push(c),
         }
     }
@@ -113,7 +99,8 @@ mod tests {
             ("* item", "\\* item"),
             ("***", "\\***"),
             ("**FAIL**", "**FAIL**"),
-            ("is `run.end` **x** `", "is `run.end` **x** \\`"),
+            ("**Mine** is **FAIL**", "\\*\\*Mine** is \\*\\*FAIL**"),
+            ("is `run.end` **x** `", "is `run.end` \\*\\*x** \\`"),
             // A span must not end elsewhere than it seems to: what it held would be read as HTML.
             ("`<b>```", "`<b>`\\`\\`"),
             ("`<b>``", "`<b>`\\`"),

@@ -20,6 +20,33 @@ pub(super) struct Section {
     formats: Vec<Format>,
 }
 
+/// A part of a line of text.
+pub(super) enum Span<'a> {
+    Plain(&'a str),
+    Code(&'a str),
+    Strong(&'a str),
+}
+
+/// The parts of a line: `` `code` `` where something stands between two marks, and a line that is a verdict in capitals, `**FAIL**`,
+/// which no case, file or name has written, as a whole.
+pub(super) fn spans(text: &str) -> Vec<Span<'_>> {
+    let capitals = |word: &&str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_uppercase());
+    if let Some(word) = text.strip_prefix("**").and_then(|rest| rest.strip_suffix("**")).filter(capitals) {
+        return vec![Span::Strong(word)];
+    }
+    let (mut spans, mut plain, mut at) = (Vec::new(), 0, 0);
+    let mark = |from: usize| text[from..].find('`').map(|n| from + n);
+    while let Some((open, close)) = mark(at).and_then(|open| Some((open, mark(open + 1)?))) {
+        if close > open + 1 {
+            spans.extend([Span::Plain(&text[plain..open]), Span::Code(&text[open + 1..close])]);
+            plain = close + 1;
+        }
+        at = close + 1;
+    }
+    spans.push(Span::Plain(&text[plain..]));
+    spans
+}
+
 /// A part of a section. Words may hold `` `code` ``.
 pub(super) enum Block {
     Heading(String),

@@ -97,6 +97,11 @@ impl Body<'_> {
         }
     }
 
+    /// True if its exact overlap with another such body, or with a plane, is found without samples.
+    pub fn has_closed_form(&self) -> bool {
+        !matches!(self.form(), Form::Other)
+    }
+
     /// Maps the body frame to the world frame.
     pub fn rotation(&self) -> Mat3 {
         self.orientation.to_rotation_matrix().into_inner()

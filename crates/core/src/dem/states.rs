@@ -1,9 +1,9 @@
 //! States of particles that a caller sets between two steps.
 
-use super::integrator::Inertia;
+use super::integrator::{Inertia, turned};
 use super::native::failures::is_too_deep;
 use super::saved::Saved;
-use crate::contact::PairFinder;
+use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
@@ -29,9 +29,14 @@ pub struct Limits<'a> {
     pub time: f64,
     /// True if bodies must not be deeper in others or in walls than a quarter of the thickness of the thinner one.
     pub solid: bool,
-    /// True if the states follow from those before the last step, in which no particle moves by more than a cell.
+    /// States before the last step, ascending by id.
+    pub before: &'a [Particle],
+    /// True if no particle is more than a cell away from them; else particles are placed freely.
     pub continuous: bool,
 }
+
+/// Part of a cell, and angle (rad), by which bodies that move as one seem to move relative to each other: rounding.
+const AS_ONE: f64 = 1e-9;
 
 /// Reason why a particle is too fast for a time step (s) on cells of the width `dx` (m), if it is.
 pub fn too_fast(particle: &Particle, time_step: f64, dx: f64) -> Option<String> {
@@ -48,8 +53,9 @@ pub fn too_fast(particle: &Particle, time_step: f64, dx: f64) -> Option<String> 
 
 /// The saved state of an engine, in `parts` of all ranks, with the position, orientation, velocity and angular velocity of every
 /// particle as in `states`, which are ascending by id. Periodic positions are wrapped, orientations normalised, and the angular
-/// momentum follows from the angular velocity. What is as it was keeps every bit. Overlaps are bounded from below by the inscribed
-/// spheres about the centres of mass; those of bodies that stay where they are pass.
+/// momentum follows from the angular velocity. What is as it was keeps every bit. Overlaps without a closed form are bounded from below by
+/// the inscribed spheres about the centres of mass; those of bodies that stay where they are pass, and so do those of bodies that move as
+/// one, with each other.
 ///
 /// # Errors
 /// [`Error::Input`] if `states` are not those of all particles, or impossible; [`Error::Unsupported`] for an engine that saves
@@ -78,7 +84,8 @@ pub fn replace(
             let at = states.binary_search_by_key(&particle.id, |state| state.id);
             let at = at.map_err(|_| refuse(format!("that of particle {} is missing", particle.id)))?;
             let now = limits.changed(particle, &states[at]).map_err(refuse)?;
-            bodies.push((now, now.position.map(f64::to_bits) != particle.position.map(f64::to_bits)));
+            let pose = |of: &Particle| (of.position.map(f64::to_bits), of.orientation.map(f64::to_bits));
+            bodies.push((now, pose(&now) != pose(particle)));
             *particle = now;
         }
         replaced.push(saved.write(engine));
@@ -90,6 +97,23 @@ pub fn replace(
         Some(flaw) => Err(refuse(flaw)),
         None => Ok(replaced),
     }
+}
+
+/// The states in the saved `parts` of all ranks, ascending by id, or those a time `dt` (s) earlier at the same velocities.
+///
+/// # Errors
+/// [`Error::Input`] if a part is damaged.
+pub fn earlier(engine: &'static str, parts: &[Vec<u8>], domain: &Domain, dt: f64) -> Result<Vec<Particle>> {
+    let mut all = Vec::new();
+    for part in parts {
+        all.extend(Saved::read(engine, part).map_err(Error::Input)?.particles);
+    }
+    all.sort_unstable_by_key(|particle| particle.id);
+    for particle in &mut all {
+        particle.position = domain.wrap(particle.position() - particle.velocity() * dt).into();
+        particle.set_orientation(&turned(&particle.orientation(), particle.angular_velocity(), -dt));
+    }
+    Ok(all)
 }
 
 /// The saved state of the engine `was`, in `parts` of all ranks, as that of `engine` with other materials or contacts after `substep`
@@ -178,9 +202,8 @@ impl Limits<'_> {
             now.angular_momentum =
                 inertia.angular_momentum(&now.orientation(), now.angular_velocity()).into();
         }
-        let before = was.position() - was.velocity() * self.time_step;
-        let jump = domain.nearest_image(now.position() - before).norm() / domain.dx;
         let jumps = || {
+            let jump = domain.nearest_image(now.position() - self.before(id)?.position()).norm() / domain.dx;
             (self.continuous && jump > 1.0).then(|| {
                 format!(
                     "particle {id} is {jump:.3} cells from where it was before the last step, which moves it by at most 1; \
@@ -193,14 +216,36 @@ impl Limits<'_> {
         flaw.map_or(Ok(now), Err)
     }
 
+    /// State of a particle before the last step.
+    fn before(&self, id: u64) -> Option<&Particle> {
+        self.before.binary_search_by_key(&id, |particle| particle.id).ok().map(|at| &self.before[at])
+    }
+
+    /// True if the last step has moved two particles as one.
+    fn move_as_one(&self, a: &Particle, b: &Particle) -> bool {
+        let seen = |a: &Particle, b: &Particle| {
+            let back = a.orientation().inverse();
+            (back * self.domain.nearest_image(b.position() - a.position()), back * b.orientation())
+        };
+        let (now, before) = (seen(a, b), self.before(a.id).zip(self.before(b.id)));
+        before.is_some_and(|(c, d)| {
+            let then = seen(c, d);
+            (now.0 - then.0).norm() < AS_ONE * self.domain.dx && now.1.angle_to(&then.1) < AS_ONE
+        })
+    }
+
     /// The first overlap of `bodies`, with walls and with each other, that is too deep, in words; bodies with a `false` stay where
     /// they were.
     fn overlap(&self, bodies: &[(Particle, bool)]) -> Option<String> {
+        let shapes: Vec<GrownShape> =
+            self.templates.iter().map(|template| GrownShape::new(template.shape.clone(), 0.0)).collect();
         let inner: Vec<f64> =
             self.templates.iter().map(|t| -t.shape.signed_distance(Vec3::zeros())).collect();
         let of = |i: usize| {
-            let template = bodies[i].0.template as usize;
-            (bodies[i].0.position(), inner[template], self.templates[template].shape.thickness())
+            let particle = &bodies[i].0;
+            let template = particle.template as usize;
+            let body = Body { grown: &shapes[template], orientation: particle.orientation() };
+            (particle.position(), body, inner[template], self.templates[template].shape.thickness())
         };
         let words = |i: usize, other: String, depth: f64, thickness: f64| {
             is_too_deep(depth, thickness).then(|| {
@@ -214,18 +259,32 @@ impl Limits<'_> {
         let surfaces: Vec<_> = self.walls.iter().map(|wall| (wall, wall.surface_at(self.time))).collect();
         let mut on_walls = moved.flat_map(|i| surfaces.iter().map(move |(wall, surface)| (i, wall, surface)));
         let in_wall = on_walls.find_map(|(i, wall, surface)| {
-            let (position, radius, thickness) = of(i);
-            words(i, format!("the wall `{}`", wall.name), radius - surface.distance(position), thickness)
+            let (position, body, radius, thickness) = of(i);
+            let depth = if surface.is_plane() && body.has_closed_form() {
+                let seen = overlap_wall(Geometry::Exact, &body, &surface.seen_from(position));
+                seen.map_or(0.0, |overlap| overlap.depth)
+            } else {
+                radius - surface.distance(position)
+            };
+            words(i, format!("the wall `{}`", wall.name), depth, thickness)
         });
         in_wall.or_else(|| {
             let (positions, radii): (Vec<Vec3>, Vec<f64>) =
-                (0..bodies.len()).map(|i| (of(i).0, of(i).1)).unzip();
+                (0..bodies.len()).map(|i| (of(i).0, of(i).1.grown.reach())).unzip();
             PairFinder::new(self.domain).find(&positions, &radii).iter().find_map(|pair| {
                 let [i, j] = pair.map(|i| i as usize);
-                let ((a, radius, thick), (b, other, thin)) = (of(i), of(j));
-                let depth = radius + other - self.domain.nearest_image(b - a).norm();
-                let name = format!("particle {}", bodies[j].0.id);
-                (bodies[i].1 || bodies[j].1).then(|| words(i, name, depth, thick.min(thin))).flatten()
+                let ((a, first, radius, thick), (b, second, other, thin)) = (of(i), of(j));
+                if !(bodies[i].1 || bodies[j].1) || self.move_as_one(&bodies[i].0, &bodies[j].0) {
+                    return None;
+                }
+                let offset = self.domain.nearest_image(b - a);
+                let depth = if first.has_closed_form() && second.has_closed_form() {
+                    let seen = overlap(Geometry::Exact, &first, &second, offset);
+                    seen.map_or(0.0, |overlap| overlap.depth)
+                } else {
+                    radius + other - offset.norm()
+                };
+                words(i, format!("particle {}", bodies[j].0.id), depth, thick.min(thin))
             })
         })
     }

@@ -219,11 +219,13 @@ class Simulation:
         self._session.check()
 
     @property
+    @_alone
     def time(self) -> float:
         """Time since the start (s)."""
         return self.steps * self.time_step
 
     @property
+    @_alone
     def steps(self) -> int:
         """Steps done."""
         return self._session.steps()
@@ -281,8 +283,8 @@ class Simulation:
         """All particles (:data:`PARTICLE`), shape (n,): ``simulation.particles.position[:, 2]`` are heights (m).
 
         To be set with position, orientation, velocity and angular velocity of all particles; what else is in it follows. Bodies that
-        overlap others or walls by more than a quarter of their thickness are refused, and so are, where the caller moves them,
-        bodies that are more than a cell from where they were before the last step.
+        overlap others, with which they do not move as one, or walls by more than a quarter of their thickness are refused, and so are
+        bodies that are more than a cell from where they were, before the last step if the caller moves them.
         """
         return np.frombuffer(self._session.particles(), dtype=PARTICLE).view(np.recarray)
 

@@ -56,7 +56,7 @@ pub(super) fn pieces(bytes: &[u8]) -> Result<Vec<Piece<'_>>, String> {
     });
     let mut encoding = Encoding { big: false, header: 4, compressor: Compressor::None };
     let mut pieces: Vec<Piece<'_>> = Vec::new();
-    let (mut at, mut section) = (0, "");
+    let (mut at, mut section, mut open) = (0, "", 0_usize);
     while let Some(tag) = Tag::next(head, at) {
         at = tag.end;
         match tag.name() {
@@ -87,7 +87,9 @@ pub(super) fn pieces(bytes: &[u8]) -> Result<Vec<Piece<'_>>, String> {
                 let count = count.parse().ok().filter(|count| *count <= MOST);
                 let count = count.ok_or_else(|| format!("a piece has no number of points up to {MOST}"))?;
                 pieces.push(Piece { count, arrays: Vec::new() });
+                open += usize::from(!tag.text.ends_with('/'));
             }
+            "/Piece" => open = open.saturating_sub(1),
             "PointData" => section = "PointData",
             "Points" => section = "Points",
             "/PointData" | "/Points" => section = "",
@@ -122,6 +124,9 @@ pub(super) fn pieces(bytes: &[u8]) -> Result<Vec<Piece<'_>>, String> {
             }
             _ => {}
         }
+    }
+    if open > 0 {
+        return Err("a piece has no end: the file is cut off".to_owned());
     }
     Ok(pieces)
 }
