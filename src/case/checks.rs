@@ -91,8 +91,8 @@ impl<'a> Document<'a> {
     /// An error that several keys make together, each with a label.
     pub(super) fn error_at(&self, keys: &[(&str, &str)], title: &str, remedy: &str) -> Error {
         let spans: Vec<_> = keys.iter().map(|(key, label)| (self.span(key), *label)).collect();
-        let places: Vec<_> = spans.iter().map(|(span, label)| (span, *label)).collect();
-        self.source.error_at(&places, title, remedy)
+        let marks: Vec<_> = spans.iter().map(|(span, label)| (span, *label)).collect();
+        self.source.error_at(&marks, title, remedy)
     }
 
     /// A warning at one key, rendered.

@@ -45,8 +45,8 @@ impl<'a> Medium<'a> {
             if document.has(key) {
                 let name = if key.contains('.') { format!("`{key}`") } else { format!("[{key}]") };
                 let title = format!("{name} has no meaning in a dry run");
-                let places = [(key, "belongs to a fluid"), ("dry", "no fluid here")];
-                return Err(document.error_at(&places, &title, "remove one of them"));
+                let marks = [(key, "belongs to a fluid"), ("dry", "no fluid here")];
+                return Err(document.error_at(&marks, &title, "remove one of them"));
             }
         }
         let grown = "contact.enlargement";

@@ -32,12 +32,12 @@ pub(super) fn engine(document: &Document, folder: &Path) -> Result<EngineChoice>
         }
         let is = if chosen.is_native() { "\"native\"" } else { "a program" };
         let title = format!("[dem.liggghts] is given, but `dem.engine` is {is}");
-        let mut places = vec![("dem.liggghts", "has no effect here")];
+        let mut marks = vec![("dem.liggghts", "has no effect here")];
         if document.has("dem.engine") {
-            places.push(("dem.engine", "the engine"));
+            marks.push(("dem.engine", "the engine"));
         }
         let remedy = "set engine = \"liggghts\" in [dem], or remove the section";
-        return Err(document.error_at(&places, &title, remedy));
+        return Err(document.error_at(&marks, &title, remedy));
     }
     refuse_shapes(document)?;
     refuse_motion(document, "LIGGGHTS")?;
@@ -151,9 +151,9 @@ fn refuse_shapes(document: &Document) -> Result<()> {
     let key = format!("particles.{index}.shape");
     let name = document.choice(&key);
     let title = format!("`{key}` is \"{name}\", but LIGGGHTS, `dem.engine`, has spheres only");
-    let places = [(&*key, "not a sphere"), ("dem.engine", "the engine")];
+    let marks = [(&*key, "not a sphere"), ("dem.engine", "the engine")];
     let remedy = "take dem.engine = \"native\" for other shapes; Debian's LIGGGHTS is built without them";
-    Err(document.error_at(&places, &title, remedy))
+    Err(document.error_at(&marks, &title, remedy))
 }
 
 fn refuse_motion(document: &Document, engine: &str) -> Result<()> {
@@ -166,8 +166,8 @@ fn refuse_motion(document: &Document, engine: &str) -> Result<()> {
     let key = format!("particles.{index}.motion");
     let title =
         format!("`{key}` prescribes motion, but {engine}, `dem.engine`, is given free particles only");
-    let places = [(&*key, "not free"), ("dem.engine", "the engine")];
-    Err(document.error_at(&places, &title, "take dem.engine = \"native\", or remove `motion`"))
+    let marks = [(&*key, "not free"), ("dem.engine", "the engine")];
+    Err(document.error_at(&marks, &title, "take dem.engine = \"native\", or remove `motion`"))
 }
 
 fn refuse_law(document: &Document, liggghts: bool) -> Result<()> {

@@ -11,7 +11,7 @@ mod walls;
 
 use crate::coupling::ForceBalance;
 pub use crate::coupling::SolidOperator;
-use crate::document::{Format, Schema, free, non_negative, positive};
+use crate::document::{Format, Schema, free, non_negative, one_of, positive};
 use crate::fluid::{Precision, Simd};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -27,12 +27,12 @@ pub use motion::{
     VelocitySection,
 };
 pub use particles::{
-    Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, RelativeDistance, RelaxDistance,
-    SizeShare, SizeSpread, Sizes,
+    Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, PositionsBy, RelativeDistance,
+    RelaxDistance, SizeShare, SizeSpread, Sizes,
 };
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
-pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection};
+pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection, WallShape};
 
 /// How to write a viscosity for which a dynamic one was given.
 const DYNAMIC: &str =
@@ -195,21 +195,14 @@ impl TryFrom<DryKeys> for DrySection {
 
 /// The fluid: its density, and exactly one of `viscosity`, `archimedes`, `galileo`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["viscosity"] }, { "required": ["archimedes"] }, { "required": ["galileo"] }]))]
+#[schemars(deny_unknown_fields, transform = one_of)]
 pub struct FluidSection {
     /// Density (kg/m^3).
     #[schemars(transform = positive)]
     pub density: f64,
-    /// Kinematic viscosity nu (m^2/s); water has 1e-6.
-    #[schemars(transform = positive)]
-    pub viscosity: Option<f64>,
-    /// Archimedes number g |s - 1| D^3 / nu^2 (-) of the first kind of particle, density ratio s.
-    #[schemars(transform = positive)]
-    pub archimedes: Option<f64>,
-    /// Galileo number (-), the square root of the Archimedes number.
-    #[schemars(transform = positive)]
-    pub galileo: Option<f64>,
+    /// Its viscosity.
+    #[serde(flatten)]
+    pub viscosity: ViscosityBy,
     /// Storage of the populations: "f32"; "f64", twice the memory; or "f16", half of it and of its traffic, at 3 to 4 digits
     /// (validation/precision). Default "f32".
     #[serde(default)]
@@ -218,6 +211,18 @@ pub struct FluidSection {
     /// bodies without a velocity of their own. Default "rest".
     #[serde(default)]
     pub start: FluidStart,
+}
+
+/// Number that gives the viscosity of a fluid.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ViscosityBy {
+    /// Kinematic viscosity nu (m^2/s); water has 1e-6.
+    Viscosity(#[schemars(transform = positive)] f64),
+    /// Archimedes number g |s - 1| D^3 / nu^2 (-) of the first kind of particle, density ratio s.
+    Archimedes(#[schemars(transform = positive)] f64),
+    /// Galileo number (-), the square root of the Archimedes number.
+    Galileo(#[schemars(transform = positive)] f64),
 }
 
 /// Flow at the start of a run.
@@ -233,18 +238,14 @@ pub enum FluidStart {
 
 /// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["relaxation_time"] }, { "required": ["time_step"] }]))]
+#[schemars(deny_unknown_fields, transform = one_of)]
 pub struct LatticeSection {
     /// Cells per diameter of the first kind of particle (-), at least 2; 9 to 27 is usual.
     #[schemars(extend("minimum" = 2))]
     pub cells_per_diameter: f64,
-    /// Relaxation time (time steps), above 0.5; 0.51 to 1 is usual, 0.55 a good start.
-    #[schemars(extend("exclusiveMinimum" = 0.5))]
-    pub relaxation_time: Option<f64>,
-    /// Time step of the fluid (s); dx^2 / (60 nu) gives a relaxation time of 0.55.
-    #[schemars(transform = positive)]
-    pub time_step: Option<f64>,
+    /// Its time step.
+    #[serde(flatten)]
+    pub time: TimeStepBy,
     /// Collision operator: "trt" with `magic_parameter`, or "bgk". Default "trt" with the coupling "saturated", "bgk" with
     /// "homogenised".
     pub collision: Option<CollisionKind>,
@@ -262,6 +263,16 @@ pub struct LatticeSection {
     /// Width of the cosine ramp of the solid fraction of "homogenised" (cells). Default 0.5.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 2))]
     pub solid_ramp_width: Option<f64>,
+}
+
+/// Number that gives the time step of a lattice.
+#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TimeStepBy {
+    /// Relaxation time (time steps), above 0.5; 0.51 to 1 is usual, 0.55 a good start.
+    RelaxationTime(#[schemars(extend("exclusiveMinimum" = 0.5))] f64),
+    /// Time step of the fluid (s); dx^2 / (60 nu) gives a relaxation time of 0.55.
+    TimeStep(#[schemars(transform = positive)] f64),
 }
 
 /// Collision operator.

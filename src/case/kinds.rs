@@ -112,13 +112,13 @@ impl Kinds {
             }
             let material =
                 materials.index(document, &format!("{key}.material"), section.material.as_ref())?;
-            if section.file.is_none() && !section.columns.is_empty() {
+            if section.file().is_none() && !section.columns.is_empty() {
                 let key = format!("{key}.columns");
                 let title = format!("`{key}` belongs to a `file` of positions, but there is none");
                 return Err(document.error(&key, &title, "has no effect here", "remove it"));
             }
             let listed =
-                section.file.as_ref().map(|file| Listed::read(document, files, index, file, &mut all.notes));
+                section.file().map(|file| Listed::read(document, files, index, file, &mut all.notes));
             let listed = listed.transpose()?;
             let own = shape.equivalent_diameter();
             let free = listed.as_ref().filter(|_| section.sizes.is_none());

@@ -100,7 +100,7 @@ impl Listed {
 }
 
 fn reads(section: &ParticleSection, file: &str) -> bool {
-    section.file.as_deref() == Some(file)
+    section.file() == Some(file)
 }
 
 /// True if a particle belongs to another section, which must read the file, too; else an error and its remedy.

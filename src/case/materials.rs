@@ -97,9 +97,9 @@ impl Materials {
             if let Some(earlier) = given.iter().position(|pair| *pair == both) {
                 let [first, second] = &pair.materials;
                 let earlier = format!("contact.pairs.{earlier}");
-                let places = [(&*earlier, "given here"), (&*key, "and here")];
+                let marks = [(&*earlier, "given here"), (&*key, "and here")];
                 let title = format!("the pair of \"{first}\" and \"{second}\" is given twice");
-                return Err(document.error_at(&places, &title, "remove one of them"));
+                return Err(document.error_at(&marks, &title, "remove one of them"));
             }
             given.push(both);
             let special = PairParams {

@@ -27,7 +27,7 @@ pub(super) fn motions(document: &Document, time_step: f64) -> Result<Vec<Prescri
                     prescribed(document, &format!("{key}.motion"), given, time_step)?
                 }
             };
-            for (n, entry) in section.list.iter().flatten().enumerate() {
+            for (n, entry) in section.list().iter().enumerate() {
                 refuse_velocities(document, &format!("{key}.list.{n}"), entry, &motion)?;
             }
             Ok(motion)

@@ -2,7 +2,8 @@
 
 use super::checks::Document;
 use super::file::{
-    CollisionKind, Coupling, DrivingSection, FluidSection, FluidStart, Gravity, LatticeSection,
+    CollisionKind, Coupling, DrivingSection, FluidSection, FluidStart, Gravity, LatticeSection, TimeStepBy,
+    ViscosityBy,
 };
 use super::kinds::Kinds;
 use super::scales::Reference;
@@ -76,10 +77,10 @@ fn reference(section: &FluidSection, kinds: &Kinds, gravity: Vec3) -> Reference 
 
 /// Units of the lattice with cells of `dx` (m), and the relaxation time (time steps).
 fn time(lattice: &LatticeSection, dx: f64, viscosity: f64, density: f64) -> (Units, f64) {
-    match (lattice.relaxation_time, lattice.time_step) {
-        (Some(tau), _) => (Units::from_relaxation_time(dx, tau, viscosity, density), tau),
-        (None, dt) => {
-            let units = Units { dx, dt: dt.expect("the schema asks for one of them"), density };
+    match lattice.time {
+        TimeStepBy::RelaxationTime(tau) => (Units::from_relaxation_time(dx, tau, viscosity, density), tau),
+        TimeStepBy::TimeStep(dt) => {
+            let units = Units { dx, dt, density };
             (units, units.relaxation_time(viscosity))
         }
     }
@@ -102,21 +103,21 @@ pub(super) fn lubrication(
     };
     let key = "contact.lubrication";
     if !contact.enabled {
-        let places = [(key, "acts between particles that may touch"), ("contact.enabled", "off")];
+        let marks = [(key, "acts between particles that may touch"), ("contact.enabled", "off")];
         let title = "`contact.lubrication` needs contacts, which are off";
-        return Err(document.error_at(&places, title, "remove one of them"));
+        return Err(document.error_at(&marks, title, "remove one of them"));
     }
     let other = (kinds.templates.iter())
         .position(|Template { shape, .. }| shape.as_sphere().is_none() && shape.as_ellipsoid().is_none());
     if let Some(index) = other {
         let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
-        let places = [(&*shape, "neither a sphere nor an ellipsoid"), (key, "lubrication")];
+        let marks = [(&*shape, "neither a sphere nor an ellipsoid"), (key, "lubrication")];
         let kind = kinds.templates[index].shape.kind();
         let title =
             format!("`{key}` knows the films of spheres and ellipsoids only, but `{shape}` is a {kind}");
         let remedy = "remove `contact.lubrication`: a film at a flat face, an edge, or a place without curvature has \
                       another law";
-        return Err(document.error_at(&places, &title, remedy));
+        return Err(document.error_at(&marks, &title, remedy));
     }
     let viscosity = viscosity(document, section, &reference(section, kinds, gravity))?;
     let (_, relaxation_time) = time(lattice, dx, viscosity, section.density);
@@ -171,12 +172,13 @@ fn driven(
 
 /// Kinematic viscosity (m^2/s), from whichever number the case gives.
 fn viscosity(document: &Document, fluid: &FluidSection, reference: &Reference) -> Result<f64> {
-    if let Some(viscosity) = fluid.viscosity {
-        return Ok(viscosity);
-    }
     let buoyancy = reference.buoyancy();
+    let (name, viscosity) = match fluid.viscosity {
+        ViscosityBy::Viscosity(viscosity) => return Ok(viscosity),
+        ViscosityBy::Galileo(galileo) => ("fluid.galileo", buoyancy.sqrt() / galileo),
+        ViscosityBy::Archimedes(archimedes) => ("fluid.archimedes", (buoyancy / archimedes).sqrt()),
+    };
     if buoyancy <= 0.0 {
-        let name = if fluid.galileo.is_some() { "fluid.galileo" } else { "fluid.archimedes" };
         return Err(document.error(
             name,
             &format!("`{name}` cannot give the viscosity of this case"),
@@ -184,10 +186,7 @@ fn viscosity(document: &Document, fluid: &FluidSection, reference: &Reference) -
             "give `viscosity` (m^2/s) instead",
         ));
     }
-    Ok(match (fluid.galileo, fluid.archimedes) {
-        (Some(galileo), _) => buoyancy.sqrt() / galileo,
-        (None, archimedes) => (buoyancy / archimedes.expect("the schema asks for one of them")).sqrt(),
-    })
+    Ok(viscosity)
 }
 
 /// The collision operator of the fluid, and the coupling to particles.

@@ -1,7 +1,9 @@
 //! Pictures of a run: names of their files, what they show, and ranges of their colours.
 
 use super::checks::Document;
-use super::file::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice, WallSection};
+use super::file::{
+    BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice, WallSection, WallShape,
+};
 use crate::error::Result;
 use crate::math::Vec3;
 
@@ -36,11 +38,11 @@ pub struct ViewPlan {
     pub zoom: f64,
     /// Width and height (pixels).
     pub size: [u32; 2],
-    /// What the colours of the particles mean.
+    /// Meaning of the colours of the particles.
     pub colour: BodyColour,
     /// Values at both ends of these colours, if the case says so.
     pub range: Option<[f64; 2]>,
-    /// Whether force chains are drawn.
+    /// True if force chains are drawn.
     pub chains: bool,
     /// Force at the upper end of their colours (N), if the case says so.
     pub force_range: Option<f64>,
@@ -118,11 +120,11 @@ fn along_sliding_wall(document: &Document) -> (Quantity, BodyColour) {
         let axis = super::file::FACES.iter().position(|face| face == name).map(|n| n / 2);
         Vec3::from_fn(|i, _| if Some(i) == axis { 0.0 } else { face.velocity[i] })
     });
-    let slides = |wall: &&WallSection| match &wall.plane {
-        Some(plane) => {
+    let slides = |wall: &&WallSection| match &wall.shape {
+        WallShape::Plane(plane) => {
             Vec3::from(plane.normal).normalize().dot(&Vec3::from(wall.velocity).normalize()).abs() < SLIDING
         }
-        None => true,
+        _ => true,
     };
     let walls = document.case.walls.iter().filter(slides).map(|wall| Vec3::from(wall.velocity));
     let fastest = faces.chain(walls).max_by(|a, b| a.norm().total_cmp(&b.norm()));

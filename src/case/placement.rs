@@ -36,7 +36,7 @@ pub(super) struct Placer<'a> {
 type Counts = Vec<(usize, usize)>;
 
 /// A particle and its key in the case; its id is final only if the file gave one.
-struct Placed {
+struct Candidate {
     particle: Particle,
     has_id: bool,
     key: String,
@@ -60,12 +60,12 @@ impl Placer<'_> {
         for (index, kind) in self.document.case.particles.iter().enumerate() {
             let key = format!("particles.{index}");
             self.check_relaxed(&key, kind)?;
-            if kind.file.is_none() && kind.list.is_none() {
+            if kind.is_random() {
                 random.push((index, self.count(index, kind)?));
                 continue;
             }
             // A file may say which size a particle has.
-            let of_random = ["sizes", "seed", "minimum_gap"].iter().skip(usize::from(kind.file.is_some()));
+            let of_random = ["sizes", "seed", "minimum_gap"].iter().skip(usize::from(kind.file().is_some()));
             let of_random = of_random.filter(|name| **name != "minimum_gap" || !relaxed::relaxes(kind));
             for name in of_random.map(|name| format!("{key}.{name}")) {
                 if self.document.has(&name) {
@@ -77,7 +77,7 @@ impl Placer<'_> {
             if let Some(listed) = &self.kinds.listed[index] {
                 self.add_listed(index, listed, &mut placed)?;
             }
-            for (i, entry) in kind.list.iter().flatten().enumerate() {
+            for (i, entry) in kind.list().iter().enumerate() {
                 placed.push(self.entry(index, format!("{key}.list.{i}"), entry)?);
             }
         }
@@ -119,7 +119,7 @@ impl Placer<'_> {
         &self.kinds.templates[particle.template as usize]
     }
 
-    fn entry(&self, index: usize, key: String, entry: &Entry) -> Result<Placed> {
+    fn entry(&self, index: usize, key: String, entry: &Entry) -> Result<Candidate> {
         let moving = match entry {
             Entry::Position(position) => &MovingEntry { position: *position, ..MovingEntry::default() },
             Entry::Moving(moving) => moving,
@@ -132,7 +132,7 @@ impl Placer<'_> {
         };
         let motion = [moving.velocity, moving.angular_velocity].map(Vec3::from);
         let particle = self.particle(0, kind.first, (position, kind.turned(&given)), motion);
-        Ok(Placed { particle, has_id: false, key, line: None, in_motion: false })
+        Ok(Candidate { particle, has_id: false, key, line: None, in_motion: false })
     }
 
     /// A particle at a position with an orientation of its body, a velocity (m/s) and an angular velocity (1/s).
@@ -209,7 +209,7 @@ impl Placer<'_> {
     }
 
     /// Gives numbers to the particles that have none, and refuses numbers given twice.
-    fn number(&self, placed: &mut [Placed]) -> Result<()> {
+    fn number(&self, placed: &mut [Candidate]) -> Result<()> {
         let mut seen: HashMap<u64, usize> = HashMap::new();
         for (i, p) in placed.iter().enumerate().filter(|(_, p)| p.has_id) {
             if let Some(first) = seen.insert(p.particle.id, i) {

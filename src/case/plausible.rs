@@ -2,7 +2,7 @@
 //! mixed up, particles lighter than the coupling is tested for. Refused or warned of with the place in the case.
 
 use super::checks::Document;
-use super::file::{FluidSection, LatticeSection};
+use super::file::{FluidSection, LatticeSection, PositionsBy, TimeStepBy, ViscosityBy};
 use super::speeds::wall_speed;
 use super::{FluidSetup, Setup};
 use crate::coupling::VirtualMass;
@@ -27,7 +27,7 @@ const LIQUIDS: RangeInclusive<f64> = 500.0..=3000.0;
 const LEAST_RATIO: f64 = 0.05;
 
 /// A [`Setup`] and the case that it comes from.
-pub(super) struct Written<'a> {
+pub(super) struct Review<'a> {
     pub(super) document: &'a Document<'a>,
     pub(super) fluid: &'a FluidSection,
     pub(super) lattice: &'a LatticeSection,
@@ -80,7 +80,7 @@ impl Setup {
     }
 }
 
-impl Written<'_> {
+impl Review<'_> {
     /// Refuses a case that cannot work; returns warnings.
     pub(super) fn judge(&self) -> Result<Vec<String>> {
         let (setup, fluid) = (self.setup, self.setup.expect_fluid());
@@ -107,7 +107,11 @@ impl Written<'_> {
         if let Some((template, speed)) = started.max_by(|a, b| a.1.total_cmp(&b.1)) {
             let section = setup.sections[template];
             let name = format!("the fastest surface of `particles.{section}` at the start");
-            let list = if self.document.case.particles[section].list.is_some() { ".list.0" } else { "" };
+            let list = if matches!(self.document.case.particles[section].positions, PositionsBy::List(_)) {
+                ".list.0"
+            } else {
+                ""
+            };
             let doubt = (speed > 10.0).then(|| "velocities are in m/s".to_string());
             follow(&name, speed, &format!("particles.{section}{list}"), doubt)?;
         }
@@ -166,7 +170,7 @@ impl Written<'_> {
                 1e-3 * diameter
             ));
         }
-        if self.fluid.viscosity.is_some() && viscosity < 5e-8 {
+        if matches!(self.fluid.viscosity, ViscosityBy::Viscosity(_)) && viscosity < 5e-8 {
             return Some(format!(
                 "`fluid.viscosity` is {viscosity:.3e} m^2/s, below that of any liquid; water has 1e-6"
             ));
@@ -181,15 +185,16 @@ impl Written<'_> {
         let tau = ((0.5 + (fluid.relaxation_time - 0.5) * factor) * 1e4).floor() / 1e4;
         let cells = (setup.diameter / setup.domain.dx / factor).ceil();
         let mut ways = Vec::new();
+        let given = matches!(self.lattice.time, TimeStepBy::TimeStep(_));
         if tau >= SUGGESTED.0 {
-            ways.push(if self.lattice.time_step.is_some() {
+            ways.push(if given {
                 format!("lattice.time_step = {:.4e}", 0.9999 * setup.time_step * factor)
             } else {
                 format!("lattice.relaxation_time = {tau:.4}")
             });
         }
         // With a given time step a finer lattice is a faster one.
-        if cells <= SUGGESTED.1 && self.lattice.time_step.is_none() {
+        if cells <= SUGGESTED.1 && !given {
             ways.push(format!("lattice.cells_per_diameter = {cells:.0}"));
         }
         if ways.is_empty() {
@@ -204,7 +209,8 @@ impl Written<'_> {
 
     /// Asks about a viscosity that looks like a dynamic one.
     fn dynamic_viscosity(&self) -> Option<String> {
-        let (viscosity, density) = (self.fluid.viscosity?, self.fluid.density);
+        let ViscosityBy::Viscosity(viscosity) = self.fluid.viscosity else { return None };
+        let density = self.fluid.density;
         if !LIQUIDS.contains(&density) || viscosity < DOUBTFUL_VISCOSITY {
             return None;
         }

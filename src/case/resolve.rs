@@ -4,13 +4,14 @@ use super::array::FixedArray;
 use super::checks::{Clock, Document};
 use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls, saved_text};
+use super::file::PositionsBy;
 use super::files::{Files, OwnShapes};
 use super::kinds::Kinds;
 use super::materials::Materials;
 use super::motion::{buoyancy, motions};
 use super::physics::{self, gravity};
 use super::placement::Placer;
-use super::plausible::Written;
+use super::plausible::Review;
 use super::schedule::{Known, of_machine, reschedule, title};
 use super::space::{domain, refuse_double_contacts, refuse_what_is_too_large};
 use super::walls::{free_volume, walls};
@@ -129,7 +130,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }
     let engine = engine(document, &files.folder)?;
-    let no_particles = kinds.of_each(|section, _| document.case.particles[section].count == Some(0));
+    let no_particles = kinds.of_each(|section, _| document.case.particles[section].is_empty());
     let reaches = templates
         .iter()
         .zip(no_particles)
@@ -176,7 +177,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let volume_fraction = (volume(&mut counts.iter()) - shared) / placer.free_volume;
     let mut requested_volume_fraction = volume_fraction;
     for (index, kind) in kinds.sections.iter().enumerate() {
-        if let Some(requested) = document.case.particles[index].volume_fraction {
+        if let PositionsBy::VolumeFraction(requested) = document.case.particles[index].positions {
             let mut of_kind = counts.iter().filter(|(template, _)| kind.templates().contains(template));
             let actual = volume(&mut of_kind) / placer.free_volume;
             requested_volume_fraction += requested - actual;
@@ -228,8 +229,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         setup.fixed_array = FixedArray::of(&setup);
     }
     if let Medium::Fluid(fluid, lattice) = medium {
-        let written = Written { document, fluid, lattice, setup: &setup, present, walls: wall_keys };
-        let found = written.judge()?;
+        let review = Review { document, fluid, lattice, setup: &setup, present, walls: wall_keys };
+        let found = review.judge()?;
         setup.provenance.warnings.extend(found);
         setup.provenance.notes.extend(buoyancy(&setup));
     }

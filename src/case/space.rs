@@ -87,7 +87,7 @@ fn doubtful_size(edges: [f64; 3], diameter: f64) -> Option<String> {
     })
 }
 
-/// An edge of the box that is a whole number of cells and at least `length` (m), with so many digits that it is still one.
+/// An edge of the box that is a whole number of cells and at least `length` (m), with enough digits to stay one.
 fn whole_cells(domain: &Domain, diameter: f64, length: f64) -> String {
     let cells = (length / domain.dx).ceil();
     let edge = if cells * domain.dx < length { cells + 1.0 } else { cells } * domain.dx;
@@ -122,7 +122,7 @@ pub(super) fn refuse_what_is_too_large(
             .shape
             .doubtful_unit()
             .map_or(String::new(), |doubt| format!("; {doubt}"));
-        let places = [(&*shape, "too large for"), ("domain.size", "this box")];
+        let marks = [(&*shape, "too large for"), ("domain.size", "this box")];
         for template in kind.templates().filter(|template| reaches[*template] > 0.0) {
             let shape = &kinds.templates[template].shape;
             let (width, thickness) = (2.0 * shape.circumradius(), shape.thickness());
@@ -137,14 +137,14 @@ pub(super) fn refuse_what_is_too_large(
                         "make periodic directions at least {} wide{unit}",
                         whole_cells(domain, kinds.diameter, widest)
                     );
-                    return Err(document.error_at(&places, &title, &remedy));
+                    return Err(document.error_at(&marks, &title, &remedy));
                 }
                 if !domain.is_periodic(i) && thickness > edge * (1.0 + 1e-9) {
                     let title = format!(
                         "a particle {thickness:.6e} m thick does not fit between walls {edge:.6e} m apart in {axis}"
                     );
                     let remedy = format!("take a larger box or a smaller particle{unit}");
-                    return Err(document.error_at(&places, &title, &remedy));
+                    return Err(document.error_at(&marks, &title, &remedy));
                 }
             }
         }
@@ -154,7 +154,7 @@ pub(super) fn refuse_what_is_too_large(
 
 fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warnings: &mut Vec<String>) {
     let sections = kinds.sections.iter().enumerate();
-    for (index, kind) in sections.filter(|(index, _)| document.case.particles[*index].count != Some(0)) {
+    for (index, kind) in sections.filter(|(index, _)| !document.case.particles[*index].is_empty()) {
         let templates = kinds.templates[kind.templates()].iter();
         let thinnest =
             templates.map(|template| template.shape.thickness() / dx).fold(f64::INFINITY, f64::min);

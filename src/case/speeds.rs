@@ -67,7 +67,7 @@ pub struct Impact {
 }
 
 impl Impact {
-    /// Sub-steps that resolve it, of a case with so many.
+    /// Sub-steps that resolve it, of a case with `given` ones.
     pub fn substeps(&self, given: u32) -> f64 {
         (f64::from(given) * self.needed / self.steps).ceil()
     }

@@ -1,7 +1,7 @@
 //! Closed faces of the box and other walls.
 
 use super::checks::Document;
-use super::file::{FACES, WallSection};
+use super::file::{FACES, RoundSection, WallSection, WallShape};
 use super::materials::Materials;
 use crate::coupling::check_motion;
 use crate::domain::{Domain, Face};
@@ -148,18 +148,18 @@ impl Builder<'_> {
                 "e.g. \"piston\"",
             ));
         }
-        let (surface, point) = match (&section.plane, &section.pipe, &section.rod) {
-            (Some(plane), ..) => {
-                let normal = self.document.direction(&format!("{key}.plane.normal"), plane.normal)?;
+        let direction = |name: &str, of| self.document.direction(&format!("{key}.{name}"), of);
+        let round = |round: &RoundSection, name: &str, pipe: bool| {
+            let (axis, radius) = (direction(&format!("{name}.axis"), round.axis)?, 0.5 * round.diameter);
+            Ok((Surface::Cylinder { point: round.point.into(), axis, radius, pipe }, round.point))
+        };
+        let (surface, point) = match &section.shape {
+            WallShape::Plane(plane) => {
+                let normal = direction("plane.normal", plane.normal)?;
                 (Surface::Plane { point: plane.point.into(), normal }, plane.point)
             }
-            (None, pipe, rod) => {
-                let round = pipe.as_ref().or(rod.as_ref()).expect("the schema asks for one of them");
-                let (name, pipe) = if pipe.is_some() { ("pipe", true) } else { ("rod", false) };
-                let axis = self.document.direction(&format!("{key}.{name}.axis"), round.axis)?;
-                let radius = 0.5 * round.diameter;
-                (Surface::Cylinder { point: round.point.into(), axis, radius, pipe }, round.point)
-            }
+            WallShape::Pipe(pipe) => round(pipe, "pipe", true)?,
+            WallShape::Rod(rod) => round(rod, "rod", false)?,
         };
         let motion = Motion {
             velocity: section.velocity.into(),

@@ -30,5 +30,5 @@ mod source;
 
 pub use located::Located;
 pub use overrides::names;
-pub use schema::{Format, Schema, free, non_negative, positive};
+pub use schema::{Format, Schema, free, non_negative, one_of, positive};
 pub use source::{Source, nearest};

@@ -2,7 +2,7 @@
 
 use super::motion::MotionSection;
 use super::shapes::ShapeSection;
-use crate::document::{non_negative, positive};
+use crate::document::{non_negative, one_of, positive};
 use crate::packing::positions::names;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -10,14 +10,10 @@ use std::collections::BTreeMap;
 
 /// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend(
-    "oneOf" = [{ "required": ["volume_fraction"] }, { "required": ["count"] }, { "required": ["file"] }, { "required": ["list"] }],
-    "dependentSchemas" = {
-        "sizes": at_random(), "seed": at_random(), "minimum_gap": { "anyOf": [at_random(), relaxed()] },
-        "overlaps": listed(), "relax_distance": relaxed(), "columns": { "required": ["file"] }
-    }
-))]
+#[schemars(deny_unknown_fields, transform = one_of, extend("dependentSchemas" = {
+    "sizes": at_random(), "seed": at_random(), "minimum_gap": { "anyOf": [at_random(), relaxed()] },
+    "overlaps": listed(), "relax_distance": relaxed(), "columns": { "required": ["file"] }
+}))]
 pub struct ParticleSection {
     /// Geometry.
     pub shape: ShapeSection,
@@ -29,23 +25,14 @@ pub struct ParticleSection {
     /// "free", "fixed", or prescribed velocities, `{ velocity = [...], angular_velocity = [...], free = [...] }`. `series.csv` has
     /// the force and torque on the fixed and prescribed bodies of a section. Default "free".
     pub motion: Option<MotionSection>,
-    /// Solid volume over volume of the box (-), at most 0.45, rounded up to whole particles: random positions and orientations.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.45))]
-    pub volume_fraction: Option<f64>,
-    /// Number of particles: random positions and orientations.
-    pub count: Option<u64>,
-    /// Positions file, relative to the case file: a table with or without a header, `.xyz`, a dump or data file of LAMMPS or
-    /// LIGGGHTS, or points of VTK. A column `kind` says which section, counted from 0, a line belongs to, and each of them names
-    /// the file; `diameter` or `radius` (m, of the sphere of equal volume) which of the `sizes`, or without these how large the
-    /// particle is; `vx` to `wz` are velocities (m/s, 1/s), with which contacts may overlap.
-    pub file: Option<String>,
+    /// Its positions.
+    #[serde(flatten)]
+    pub positions: PositionsBy,
     /// Columns of the file that have other names, by ours, as `"[factor *] name [unit] [+ constant]"` (m, degrees, m/s, 1/s), e.g.
     /// `{ x = "Points:0", diameter = "2*radius" }`; columns that are unknown are left out then.
     #[serde(default)]
     #[schemars(schema_with = "columns")]
     pub columns: BTreeMap<String, String>,
-    /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
-    pub list: Option<Vec<Entry>>,
     /// Sizes of random particles, or of those in a file with a column `diameter` or `radius`, as factors (not lengths) on all lengths:
     /// `{ uniform = [0.8, 1.2], steps = 5 }`, or
     /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
@@ -63,6 +50,51 @@ pub struct ParticleSection {
     /// Furthest that `overlaps = "relax"` may move any point of a particle: a length in m, or `{ diameters = 0.2 }`, diameters of
     /// the sphere of equal volume. Default `{ diameters = 0.5 }`.
     pub relax_distance: Option<RelaxDistance>,
+}
+
+/// Positions of the particles of a section, or their number.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PositionsBy {
+    /// Solid volume over volume of the box (-), at most 0.45, rounded up to whole particles: random positions and orientations.
+    VolumeFraction(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.45))] f64),
+    /// Number of particles: random positions and orientations.
+    Count(u64),
+    /// Positions file, relative to the case file: a table with or without a header, `.xyz`, a dump or data file of LAMMPS or
+    /// LIGGGHTS, or points of VTK. A column `kind` says which section, counted from 0, a line belongs to, and each of them names
+    /// the file; `diameter` or `radius` (m, of the sphere of equal volume) which of the `sizes`, or without these how large the
+    /// particle is; `vx` to `wz` are velocities (m/s, 1/s), with which contacts may overlap.
+    File(String),
+    /// Positions: `[x, y, z]` (m), or `{ position = [...], orientation = ..., velocity = [...], angular_velocity = [...] }`.
+    List(Vec<Entry>),
+}
+
+impl ParticleSection {
+    /// Entries of its list; none if it has no list.
+    pub fn list(&self) -> &[Entry] {
+        match &self.positions {
+            PositionsBy::List(list) => list,
+            _ => &[],
+        }
+    }
+
+    /// Its positions file.
+    pub fn file(&self) -> Option<&str> {
+        match &self.positions {
+            PositionsBy::File(file) => Some(file),
+            _ => None,
+        }
+    }
+
+    /// True if it says that there are no particles.
+    pub fn is_empty(&self) -> bool {
+        matches!(self.positions, PositionsBy::Count(0))
+    }
+
+    /// True if the positions are random.
+    pub fn is_random(&self) -> bool {
+        matches!(self.positions, PositionsBy::VolumeFraction(_) | PositionsBy::Count(_))
+    }
 }
 
 /// Treatment of particles that overlap at the start.

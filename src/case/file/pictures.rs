@@ -101,13 +101,13 @@ impl Default for ViewSection {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ViewSlice {
-    /// Whether there is one.
+    /// True for one, false for none.
     Shown(bool),
     /// This one.
     Slice(SliceSection),
 }
 
-/// What the colours of particles mean.
+/// Meaning of the colours of particles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BodyColour {

@@ -1,6 +1,6 @@
 //! Faces of the box and other walls as the user writes them.
 
-use crate::document::positive;
+use crate::document::{one_of, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde_json::{Map, Value as Json};
@@ -37,17 +37,13 @@ pub struct FaceSection {
 
 /// A wall in the box: exactly one of `plane`, `pipe`, `rod`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["plane"] }, { "required": ["pipe"] }, { "required": ["rod"] }]))]
+#[schemars(deny_unknown_fields, transform = one_of)]
 pub struct WallSection {
     /// Name for messages and output.
     pub name: String,
-    /// Everything behind a plane is wall.
-    pub plane: Option<PlaneSection>,
-    /// Everything outside of an endless circular cylinder is wall.
-    pub pipe: Option<RoundSection>,
-    /// Everything inside of an endless circular cylinder is wall.
-    pub rod: Option<RoundSection>,
+    /// Its surface.
+    #[serde(flatten)]
+    pub shape: WallShape,
     /// Velocity of the pivot (m/s). Default `[0, 0, 0]`.
     #[serde(default)]
     pub velocity: [f64; 3],
@@ -58,6 +54,18 @@ pub struct WallSection {
     pub pivot: Option<[f64; 3]>,
     /// Name of its material. Default "default", which is that of `[contact]`.
     pub material: Option<String>,
+}
+
+/// Surface of a wall.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WallShape {
+    /// Everything behind a plane is wall.
+    Plane(PlaneSection),
+    /// Everything outside of an endless circular cylinder is wall.
+    Pipe(RoundSection),
+    /// Everything inside of an endless circular cylinder is wall.
+    Rod(RoundSection),
 }
 
 /// A plane.

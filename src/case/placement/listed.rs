@@ -1,6 +1,6 @@
 //! Particles from files of positions.
 
-use super::{Placed, Placer};
+use super::{Candidate, Placer};
 use crate::case::listed::{Listed, SAME_DIAMETER};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -9,7 +9,12 @@ use crate::particle::Particle;
 
 impl Placer<'_> {
     /// Adds the particles that a section has read from a file.
-    pub(super) fn add_listed(&self, index: usize, listed: &Listed, placed: &mut Vec<Placed>) -> Result<()> {
+    pub(super) fn add_listed(
+        &self,
+        index: usize,
+        listed: &Listed,
+        placed: &mut Vec<Candidate>,
+    ) -> Result<()> {
         let key = format!("particles.{index}.file");
         for placement in &listed.placements {
             let line = positions::place(&listed.name, placement, 0);
@@ -29,7 +34,7 @@ impl Placer<'_> {
                     particle
                 }
             };
-            placed.push(Placed {
+            placed.push(Candidate {
                 particle,
                 has_id: placement.id.is_some(),
                 key: key.clone(),

@@ -1,6 +1,6 @@
 //! Particles that overlap each other or a wall at the start.
 
-use super::{Placed, Placer};
+use super::{Candidate, Placer};
 use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -46,7 +46,7 @@ impl Overlaps {
 impl Placer<'_> {
     /// Refuses particles that overlap each other or a wall, or miss the gap that relaxed ones keep. Bodies whose whole motion is prescribed
     /// may overlap; returns true if they do.
-    pub(super) fn refuse_overlaps(&self, placed: &[Placed]) -> Result<bool> {
+    pub(super) fn refuse_overlaps(&self, placed: &[Candidate]) -> Result<bool> {
         if placed.is_empty() {
             return Ok(false);
         }
@@ -55,7 +55,7 @@ impl Placer<'_> {
         Ok(self.refuse_in_walls(placed, &contours)? || pairs)
     }
 
-    fn refuse_pairs(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<bool> {
+    fn refuse_pairs(&self, placed: &[Candidate], contours: &[GrownShape]) -> Result<bool> {
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
         let grown = |i: usize| &contours[placed[i].particle.template as usize];
         let radius = |i: usize| grown(i).shape.circumradius() + grown(i).enlargement;
@@ -100,14 +100,14 @@ impl Placer<'_> {
         let remedy = self.remedy("move them apart or take smaller ones", [&placed[a], &placed[b]]);
         let remedy = format!("{remedy}:{}", overlaps.list());
         let (a, b) = (&*placed[a].key, &*placed[b].key);
-        let places = [(a, "one of them"), (b, "the other")];
-        let places = if a == b { &[(a, "from here")][..] } else { &places[..] };
-        Err(self.document.error_at(places, &title, &remedy))
+        let marks = [(a, "one of them"), (b, "the other")];
+        let marks = if a == b { &[(a, "from here")][..] } else { &marks[..] };
+        Err(self.document.error_at(marks, &title, &remedy))
     }
 
     /// Warns of surfaces that overlap only as they are grown for contacts, by more than half of what they are grown by: a packing was
     /// made with another enlargement, and its particles would be thrown apart.
-    pub(super) fn grown_overlaps(&self, placed: &[Placed]) -> Option<String> {
+    pub(super) fn grown_overlaps(&self, placed: &[Candidate]) -> Option<String> {
         let gap = self.enlargement;
         let contours = self.contours(vec![2.0 * gap; self.kinds.templates.len()]);
         let positions: Vec<Vec3> = placed.iter().map(|p| p.particle.position()).collect();
@@ -140,7 +140,7 @@ impl Placer<'_> {
         finder.find(positions, radii).iter().map(|pair| pair.map(|i| i as usize)).collect()
     }
 
-    fn refuse_in_walls(&self, placed: &[Placed], contours: &[GrownShape]) -> Result<bool> {
+    fn refuse_in_walls(&self, placed: &[Candidate], contours: &[GrownShape]) -> Result<bool> {
         let (mut first, mut overlaps, mut deepest, mut accepted) = (None, Overlaps::default(), 0.0, false);
         for p in placed {
             let body = body(contours, &p.particle);
@@ -175,7 +175,7 @@ impl Placer<'_> {
     }
 
     /// Remedies for particles that overlap: by hand, or by relaxing them.
-    fn remedy(&self, by_hand: &str, particles: [&Placed; 2]) -> String {
+    fn remedy(&self, by_hand: &str, particles: [&Candidate; 2]) -> String {
         let limits = particles.map(|placed| self.relax_limit(placed.particle.template as usize));
         match limits.into_iter().flatten().reduce(f64::max) {
             None => format!("set `overlaps = \"relax\"`, {by_hand}"),
@@ -204,7 +204,7 @@ fn body<'a>(contours: &'a [GrownShape], particle: &Particle) -> Body<'a> {
     Body { grown: &contours[particle.template as usize], orientation: particle.orientation() }
 }
 
-fn name(placed: &Placed) -> String {
+fn name(placed: &Candidate) -> String {
     let id = placed.particle.id;
     placed.line.as_ref().map_or_else(|| id.to_string(), |line| format!("{id} ({line})"))
 }

@@ -2,7 +2,7 @@
 
 use super::Placer;
 use super::relaxed::pose;
-use crate::case::file::ParticleSection;
+use crate::case::file::{ParticleSection, PositionsBy};
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
 use crate::memory;
@@ -22,10 +22,13 @@ impl Placer<'_> {
         let fractions = &self.kinds.sections[index].fractions;
         let volume: f64 =
             templates.iter().zip(fractions).map(|(template, part)| part * template.shape.volume()).sum();
-        if let Some(fraction) = kind.volume_fraction {
-            return Ok(packing::count_for_volume_fraction(self.free_volume, fraction, volume) as usize);
-        }
-        let count = kind.count.expect("the schema asks for one of them");
+        let count = match kind.positions {
+            PositionsBy::VolumeFraction(fraction) => {
+                return Ok(packing::count_for_volume_fraction(self.free_volume, fraction, volume) as usize);
+            }
+            PositionsBy::Count(count) => count,
+            PositionsBy::File(_) | PositionsBy::List(_) => 0,
+        };
         let limit = packing::MAX_VOLUME_FRACTION;
         let most = (limit * self.free_volume / volume) as u64;
         if count > most {

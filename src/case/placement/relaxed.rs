@@ -1,6 +1,6 @@
 //! Listed particles that overlap, moved apart within a distance, by the means of the random packing.
 
-use super::{Placed, Placer};
+use super::{Candidate, Placer};
 use crate::case::file::{Overlaps, ParticleSection, RelaxDistance};
 use crate::case::kinds::Kind;
 use crate::contact::GrownShape;
@@ -21,8 +21,7 @@ pub(super) fn relaxes(section: &ParticleSection) -> bool {
 impl Placer<'_> {
     /// Refuses keys that have no effect on the particles of a section.
     pub(super) fn check_relaxed(&self, key: &str, section: &ParticleSection) -> Result<()> {
-        let listed = section.file.is_some() || section.list.is_some();
-        let (name, title) = if section.overlaps.is_some() && !listed {
+        let (name, title) = if section.overlaps.is_some() && section.is_random() {
             let name = format!("{key}.overlaps");
             let title = format!(
                 "`{name}` belongs to particles of a list or a file, but those of `{key}` are at random"
@@ -69,8 +68,8 @@ impl Placer<'_> {
 
     /// Moves the particles apart whose sections say so, and returns a note on how far. What still overlaps is left for
     /// [`refuse_overlaps`](Self::refuse_overlaps).
-    pub(super) fn relax(&self, placed: &mut [Placed]) -> Option<String> {
-        let limit = |placed: &Placed| self.relax_limit(placed.particle.template as usize);
+    pub(super) fn relax(&self, placed: &mut [Candidate]) -> Option<String> {
+        let limit = |placed: &Candidate| self.relax_limit(placed.particle.template as usize);
         // Those that stay come first.
         let mut order: Vec<usize> = (0..placed.len()).collect();
         order.sort_by_key(|&i| limit(&placed[i]).is_some());

@@ -224,10 +224,10 @@ impl<'a> Check<'a> {
             [_] => Ok(()),
             [] => Err(self.source.error(span, &title("none"), "none is given here", "add one of them")),
             [(_, first), (_, second), ..] => {
-                let places = [(first, "given here"), (second, "and here")];
+                let marks = [(first, "given here"), (second, "and here")];
                 let given: Vec<&str> = given.iter().map(|(name, _)| *name).collect();
                 let remedy = format!("keep either `{}`", given.join("` or `"));
-                Err(self.source.error_at(&places, &title(&given.len().to_string()), &remedy))
+                Err(self.source.error_at(&marks, &title(&given.len().to_string()), &remedy))
             }
         }
     }

@@ -111,6 +111,25 @@ fn adapt(schema: &mut Json, earlier_names: &[(&str, &str)]) {
     }
 }
 
+/// Gives a table the keys of the choice in it that is flattened, of which it has exactly one. Serde knows no other keys there, so that
+/// the check of a document alone refuses them.
+pub fn one_of(schema: &mut schemars::Schema) {
+    let Some(table) = schema.as_object_mut() else { return };
+    let mut choices = table.remove("oneOf").expect("a choice in the table");
+    for choice in choices.as_array_mut().expect("its forms") {
+        let [description, mut keys, required] =
+            ["description", "properties", "required"].map(|name| choice[name].take());
+        for (name, mut key) in std::mem::take(keys.as_object_mut().expect("a table of one key")) {
+            key["description"] = description.clone();
+            table["properties"][name] = key;
+        }
+        *choice = json!({ "required": required });
+    }
+    table.insert("oneOf".to_owned(), choices);
+    table.remove("unevaluatedProperties");
+    table.insert("additionalProperties".to_owned(), false.into());
+}
+
 /// Marks a number, or all numbers of a list, as above 0.
 pub fn positive(schema: &mut schemars::Schema) {
     bound(schema, "exclusiveMinimum");

@@ -127,15 +127,15 @@ impl Source {
         self.error_at(&[(span, label)], title, remedy)
     }
 
-    /// An error that several places make together.
-    pub fn error_at(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
-        let at_place = places.iter().find_map(|(span, _)| self.key_at(span));
+    /// An error that several marks make together.
+    pub fn error_at(&self, marks: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> Error {
+        let at_place = marks.iter().find_map(|(span, _)| self.key_at(span));
         let in_title = || (title.split(['`', '[', ']']).nth(1).unwrap_or_default()).to_string();
         Error::Case {
             key: at_place.unwrap_or_else(in_title),
             what: title.to_string(),
             remedy: remedy.to_string(),
-            text: self.render(places, title, remedy),
+            text: self.render(marks, title, remedy),
         }
     }
 
@@ -191,9 +191,9 @@ impl Source {
 
     /// Title, positions with their labels, and remedy.
     #[cfg(not(feature = "snippets"))]
-    fn render(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
+    fn render(&self, marks: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
         let mut text = title.to_owned();
-        for &(span, label) in places.iter().filter(|(span, _)| !span.is_empty()) {
+        for &(span, label) in marks.iter().filter(|(span, _)| !span.is_empty()) {
             let before = &self.text[..span.start];
             let line = before.matches('\n').count() + 1;
             let column = before.chars().rev().take_while(|&c| c != '\n').count() + 1;
@@ -212,9 +212,9 @@ impl Source {
 
     /// As above, with the lines themselves. The level's name is left to whoever prints, who has errors of other kinds to name too.
     #[cfg(feature = "snippets")]
-    fn render(&self, places: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
+    fn render(&self, marks: &[(&Range<usize>, &str)], title: &str, remedy: &str) -> String {
         let mut snippets: Vec<(Range<usize>, Snippet<_>)> = Vec::new();
-        for &(span, label) in places.iter().filter(|(span, _)| !span.is_empty()) {
+        for &(span, label) in marks.iter().filter(|(span, _)| !span.is_empty()) {
             let option = self.option_at(span);
             let outer = option.map_or(0..self.file_length, |option| option.span.clone());
             let clip = |at: usize| at.clamp(outer.start, outer.end) - outer.start;
