@@ -76,6 +76,12 @@ fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
     )))
 }
 
+/// Least and largest diameter of particles (m), of the spheres of equal volume.
+fn diameters(setup: &Setup) -> (f64, f64) {
+    let all = setup.templates.iter().map(|template| template.shape.equivalent_diameter());
+    all.fold((f64::INFINITY, 0.0), |(least, most), one| (least.min(one), most.max(one)))
+}
+
 /// Derived numbers and cost.
 pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
@@ -200,9 +206,15 @@ fn fluid_advice(setup: &Setup, fluid: &FluidSetup) -> Vec<String> {
         );
     }
     let per_diameter = setup.diameter / setup.domain.dx;
-    if per_diameter < 5.0 {
+    let smallest = diameters(setup).0 / setup.domain.dx;
+    if smallest < 5.0 {
+        let sized = if smallest < 0.999 * per_diameter {
+            format!(", and the smallest have {smallest:.2} cells")
+        } else {
+            String::new()
+        };
         advice.push(format!(
-            "lattice.cells_per_diameter = {per_diameter:.2} resolves particles poorly; 9 to 27 is usual, 5 the least"
+            "lattice.cells_per_diameter = {per_diameter:.2} resolves particles poorly{sized}; 9 to 27 is usual, 5 the least"
         ));
     }
     advice

@@ -1,5 +1,6 @@
 //! Numbers of the lattice, of settling and of driven flows.
 
+use super::diameters;
 use crate::cli::terminal::{Row, row};
 use turbid::case::{Bound, FluidSetup, Setup};
 use turbid::engine::EngineChoice;
@@ -79,9 +80,17 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
         Collision::Bgk => "one relaxation time".to_string(),
         Collision::Trt { magic } => format!("two relaxation times, magic parameter {magic:.5}"),
     };
+    let (least, most) = diameters(setup);
+    let of_diameter = if most - least > 1e-9 * most {
+        format!(
+            "of the first kind as its shape has it, by which all is scaled; particles have {least:.4e} to {most:.4e} m"
+        )
+    } else {
+        "of the sphere of equal volume".to_string()
+    };
     let mut rows = vec![
         row("density ratio", format!("{:.5}", scales.density_ratio), ""),
-        row("diameter", format!("{:.6e} m", setup.diameter), "of the sphere of equal volume"),
+        row("diameter", format!("{:.6e} m", setup.diameter), of_diameter),
         row("cells per diameter", format!("{:.3}", setup.diameter / setup.domain.dx), ""),
         row("cell", format!("{:.6e} m", setup.domain.dx), ""),
         row("time step", format!("{:.6e} s", setup.time_step), ""),
