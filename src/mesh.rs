@@ -98,7 +98,7 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     Ok(facets)
 }
 
-/// The lines of an OBJ file, of which one that ends with `\\` goes on in the next.
+/// The lines of an OBJ file, of which one that ends with `\\` continues in the next.
 fn joined(bytes: &[u8]) -> Cow<'_, [u8]> {
     if !bytes.contains(&b'\\') {
         return Cow::Borrowed(bytes);

@@ -39,7 +39,7 @@ particles_every = "never"
 
 /// Smallest size of the allocations that count (bytes).
 const LARGE: usize = 128 << 10;
-/// Which one fails, and where the run writes to.
+/// The one that fails, and the folder that the run writes to.
 const NTH: &str = "TURBID_TEST_ALLOCATION";
 const OUT: &str = "TURBID_TEST_OUT";
 

@@ -4,6 +4,8 @@
 mod recipes;
 #[path = "architecture/sources.rs"]
 mod sources;
+#[path = "architecture/words.rs"]
+mod words;
 
 use proc_macro2::TokenTree;
 use sources::{is, is_mark, root, sources, visit};
@@ -78,7 +80,7 @@ const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh a
 /// Laws of the literature that are drawn beside a result: they go into files and nowhere else.
 const ONLY_WRITTEN: &str = "simulation/references";
 
-/// Who may write to the terminal.
+/// The module that may write to the terminal.
 const MAY_PRINT: &str = "cli";
 
 #[test]

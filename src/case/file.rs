@@ -34,7 +34,7 @@ pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSecti
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection, WallShape};
 
-/// How to write a viscosity for which a dynamic one was given.
+/// Remedy for a dynamic viscosity.
 const DYNAMIC: &str =
     "write viscosity = ... in m^2/s, the dynamic viscosity in Pa s over the density in kg/m^3";
 

@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_path_goes_on_through_periodic_faces_and_only_the_first_particles_have_one() {
+    fn a_path_continues_through_periodic_faces_and_only_the_first_particles_have_one() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particle_series.csv");
         let domain = Domain { faces: Domain::faces([true, true, false]), cells: [10, 10, 10], dx: 0.1 };

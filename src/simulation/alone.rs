@@ -32,7 +32,7 @@ impl Simulation {
         Self::with_engine(setup, decomposition, comm, dem)
     }
 
-    /// What takes the place of the particles: that of a case without any. `None` without a fluid. Collective.
+    /// Substitute for the particles: that of a case without any. `None` without a fluid. Collective.
     #[doc(hidden)]
     pub fn alone(&self, setup: &Setup, decomposition: &Decomposition) -> Result<Option<Alone>> {
         let Some(system) = &self.system else {

@@ -48,7 +48,7 @@ impl fmt::Debug for dyn Progress {
 /// Options of a run for its caller.
 #[derive(Clone, Debug, Default)]
 pub struct RunOptions {
-    /// Told of every step and of warnings.
+    /// Follows steps and warnings.
     pub progress: Option<Arc<dyn Progress>>,
     /// Set by a signal handler: the run ends after the current step, outputs closed.
     pub stop: Arc<AtomicBool>,

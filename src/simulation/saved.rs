@@ -59,7 +59,7 @@ impl Simulation {
         }
     }
 
-    /// Restores the state after `step` steps: `planes` hands out the saved populations of all cells of a block; engines and
+    /// Restores the state after `step` steps: `planes` gives the saved populations of all cells of a block; engines and
     /// couplings are the parts of all ranks that saved it; without couplings the bodies are met as at the start. Errors: [`Error::Input`] if the parts are not of this case; those of
     /// `planes`. Some ranks may find nothing wrong. Collective.
     fn restore(

@@ -58,7 +58,7 @@ pub trait Writer {
         false
     }
 
-    /// What this rank contributes to the sums and maxima that rank 0 gets in [`RootOutput::totals`], as many on every rank.
+    /// Contribution of this rank to the sums and maxima that rank 0 gets in [`RootOutput::totals`], as many on every rank.
     ///
     /// ```
     /// # use turbid::simulation::{RankState, Sums};

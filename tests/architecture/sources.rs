@@ -21,7 +21,7 @@ const CRATES: [Crate; 8] = [
     Crate("ffi/liggghts/src", "turbid_liggghts", Some("liggghts")),
 ];
 
-/// What a `lib.rs` re-exports, and from where.
+/// Names that a `lib.rs` re-exports, and from where.
 const ROOT_NAMES: &[(&str, &str)] = &[("Error", "error"), ("Result", "error")];
 
 /// A file, with its comments gone.
@@ -31,9 +31,9 @@ pub(crate) struct Source {
     /// Row of the table that it belongs to.
     pub(crate) module: String,
     pub(crate) tokens: TokenStream,
-    /// How deep below the root of the crate its items are.
+    /// Depth of its items below the root of the crate.
     depth: usize,
-    /// Whether paths within its crate name rows of the table.
+    /// True if paths within its crate name rows of the table.
     has_rows: bool,
 }
 
@@ -57,7 +57,7 @@ impl Source {
         self.path.ends_with("tests.rs")
     }
 
-    /// Whether it is this module, or in it: `simulation/references`.
+    /// True if it is this module, or in it: `simulation/references`.
     pub(crate) fn is_in(&self, module: &str) -> bool {
         let (_, below) = self.path.split_once("src/").unwrap();
         let rest = below.strip_prefix(module);

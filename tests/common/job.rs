@@ -3,7 +3,7 @@
 use super::{PROGRAM, Place};
 use std::process::Command;
 
-/// What lets a launcher start more processes than there are cores, as any user.
+/// Settings that let a launcher start more processes than there are cores, as any user.
 const ENVIRONMENT: [(&str, &str); 6] = [
     ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
     ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),

@@ -51,7 +51,7 @@ fn scenes_have_the_bits_of_the_processor_on_one_two_and_four_ranks() {
 }
 
 #[test]
-fn a_checkpoint_of_the_processor_goes_on_on_the_device_and_back_to_the_bit() {
+fn a_checkpoint_of_the_processor_continues_on_the_device_and_back_to_the_bit() {
     if !has_device() {
         return;
     }

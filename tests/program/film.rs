@@ -25,7 +25,7 @@ fn frames(path: &Path) -> Vec<Vec<u8>> {
     (0..count).map(|_| one()).collect()
 }
 
-/// What a film that is refused says.
+/// Message of a film that is refused.
 fn refused(place: &Place, more: &[&str]) -> String {
     place.ends(2, &[&["film", "out"], more].concat())
 }

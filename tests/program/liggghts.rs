@@ -142,7 +142,7 @@ fn a_run_that_is_killed_leaves_no_worker_behind() {
     assert!(start.elapsed() < Duration::from_secs(5), "the worker lives on");
 }
 
-/// Whether a process is there and not merely waiting to be collected.
+/// True if a process is there and not merely waiting to be collected.
 fn lives(process: i32) -> bool {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).unwrap_or_default();
     !stat.is_empty() && !stat.contains(") Z ")

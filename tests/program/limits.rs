@@ -28,7 +28,7 @@ fn place() -> Place {
     place
 }
 
-/// How the program ends that has no more of a resource than this, and what it says.
+/// The end of a program that has no more of a resource than this, and its message.
 fn ends(
     place: &Place,
     (resource, most): (Resource, u64),

@@ -164,7 +164,7 @@ fn ranks_of(folder: &Path) -> Vec<(usize, u32)> {
 
 #[test]
 fn a_killed_rank_ends_all_others_is_named_and_the_checkpoint_before_resumes() {
-    // So many steps that it cannot end by itself.
+    // More steps than it can take.
     let place = Place::new(&crowd(10_000_000));
     let every = ["--set", "output.checkpoint_every.steps=8", "--set", "run.average_from.steps=20"];
     let arguments = [&["run", "case.toml", "--quiet"], &every[..]].concat();

@@ -21,7 +21,7 @@ fn file(path: &Path) -> String {
     format!("file://{}", path.display())
 }
 
-/// What a column of the first table with this heading shows.
+/// Cells of a column of the first table with this heading.
 fn column(browser: &mut Browser, at: usize) -> Vec<String> {
     let cells = browser.value(&format!(
         "[...document.querySelectorAll('table')[0].tBodies[0].rows].map((row) => row.cells[{at}].textContent)"
@@ -186,7 +186,7 @@ fn the_live_page_follows_a_run_saves_it_and_stops_it_and_the_run_can_be_resumed(
         asked(&address, &format!("GET /{} HTTP/1.1\r\n", "x".repeat(9000))),
         "HTTP/1.1 431 Request Header Fields Too Large"
     );
-    assert!(child.0.try_wait().unwrap().is_none(), "the run goes on");
+    assert!(child.0.try_wait().unwrap().is_none(), "the run continues");
 
     let checkpoints = || std::fs::read_dir(place.path("out/checkpoints")).map_or(0, Iterator::count);
     assert_eq!(checkpoints(), 0);

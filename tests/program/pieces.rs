@@ -130,7 +130,7 @@ mod processes {
         cells
     }
 
-    /// What is in a file of polygons or in the pieces of its index, as far as it does not depend on the order: for every cell its
+    /// Contents of a file of polygons or of the pieces of its index, as far as it does not depend on the order: for every cell its
     /// points, with all that is known of each.
     fn polygons(path: &Path) -> (usize, Vec<String>) {
         let pieces = vtk::polygons(path);

@@ -163,7 +163,7 @@ fn checkpoints(place: &Place, out: &str) -> Vec<u64> {
     found.iter().rev().map(|found| found.step).collect()
 }
 
-/// What a run has left: the summary but for what depends on the machine, and the bytes of all other files but checkpoints and logs.
+/// Results of a run: the summary but for what depends on the machine, and the bytes of all other files but checkpoints and logs.
 struct Left {
     summary: serde_json::Value,
     files: BTreeMap<PathBuf, Vec<u8>>,

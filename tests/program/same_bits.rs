@@ -50,7 +50,7 @@ fn walls() -> String {
     )
 }
 
-/// Where the borders of 2 x 2 x 2 blocks and of the box cross a lattice of 4 x 4 x 4 points a sphere flies through each, across
+/// A sphere flies through each of 4 x 4 x 4 points where the borders of 2 x 2 x 2 blocks and of the box cross, across
 /// as many borders at once as meet there.
 fn crossing() -> String {
     let mut positions = String::new();

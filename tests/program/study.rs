@@ -78,7 +78,7 @@ impl Folder {
         self.command(arguments).stdin(Stdio::null()).output().unwrap()
     }
 
-    /// What is said by a study that ends well.
+    /// Output of a study that ends well.
     fn well(&self, arguments: &[&str]) -> String {
         let output = self.study(arguments);
         let complaint = String::from_utf8_lossy(&output.stderr);
@@ -176,7 +176,7 @@ fn a_quiet_study_tells_its_failed_checks_and_its_runs_keep_no_checkpoint() {
 }
 
 #[test]
-fn a_run_that_fails_is_told_of_and_the_others_are_done_all_the_same() {
+fn a_run_that_fails_is_reported_and_the_others_are_done_all_the_same() {
     // Hard bodies that overlap from the start.
     let thrown = "{ name = \"thrown\", set = { \"particles.0.volume_fraction\" = 0.1, \"particles.0.minimum_gap\" = 0, \
                   \"contact.enlargement\" = 1, \"contact.youngs_modulus\" = 1e12 } }";

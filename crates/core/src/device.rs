@@ -35,7 +35,7 @@ pub struct DeviceInfo {
     pub largest: u64,
     /// A processor, not a GPU.
     pub is_processor: bool,
-    /// Why it cannot be used, if so.
+    /// The reason why it cannot be used, if so.
     pub refused: Option<String>,
 }
 
@@ -258,7 +258,7 @@ pub(crate) struct Array {
     bytes: usize,
 }
 
-/// Why a device did not do what was asked.
+/// The reason why a device has failed.
 #[derive(Clone, Debug)]
 pub(crate) struct Failed(pub(crate) String);
 

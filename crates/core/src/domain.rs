@@ -13,7 +13,7 @@ pub use weights::Weights;
 /// Kind of a face of the box.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Face {
-    /// What leaves here enters at the opposite face, which is periodic too.
+    /// Fluid and bodies that leave here enter at the opposite face, which is periodic too.
     Periodic,
     /// A wall.
     Wall,

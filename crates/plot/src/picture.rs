@@ -110,7 +110,7 @@ impl Picture {
 }
 
 impl Bar {
-    /// Its numbers, on a bar so many pixels high.
+    /// Its numbers, on a bar of this height (pixels).
     fn scale(&self, height: f32) -> Scale {
         let (lo, hi) = self.range;
         Scale::new(&[lo, hi], false, Ends::Tight, f64::from((height / 60.0).clamp(2.0, 9.0)))

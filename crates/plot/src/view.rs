@@ -50,7 +50,7 @@ pub struct Item {
     pub shade: Option<usize>,
     /// Three vectors at right angles.
     pub axes: [[f32; 3]; 3],
-    /// Where the origin of the mesh is.
+    /// Position of the origin of the mesh.
     pub at: [f32; 3],
     /// Its looks.
     pub paint: Paint,
@@ -291,7 +291,7 @@ impl Item {
     }
 }
 
-/// What `work` makes of the numbers below `count`, in order, on so many threads.
+/// Results of `work` for the numbers below `count`, in order, on `threads` threads.
 fn in_parallel<T: Send>(threads: usize, count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let next = AtomicUsize::new(0);
     let one = || {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use turbid::simulation::Session;
 
-/// What a command prints, which must succeed.
+/// Output of a command, which must succeed.
 fn output(command: &mut Command) -> String {
     let done = command.output().unwrap_or_else(|why| panic!("{command:?}: {why}"));
     assert!(done.status.success(), "{command:?}: {}", String::from_utf8_lossy(&done.stderr));

@@ -66,7 +66,7 @@ fn a_saved_case_needs_no_file_on_disk() {
 }
 
 #[test]
-fn a_longer_run_keeps_the_spacing_of_all_rows_and_frames_however_often_it_goes_on() {
+fn a_longer_run_keeps_the_spacing_of_all_rows_and_frames_however_often_it_continues() {
     let mut setup = new(&[]);
     let (plan, from) = (setup.plan.output.clone(), setup.plan.average_from_step);
     assert_eq!((plan.series_every, plan.fields_every, from), (6, 1200, 2000));

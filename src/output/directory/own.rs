@@ -80,7 +80,7 @@ pub(super) fn all(directory: &Path, more: &[Kind]) -> io::Result<Vec<Own>> {
     Ok(all)
 }
 
-/// How the script of a run begins.
+/// Beginning of the script of a run.
 const SCRIPT_HEAD: &[u8] = b"\"\"\"Opens the results of the run in this folder in ParaView";
 
 /// Returns true for a script of a run, of any version; its name is a usual one, and a user may have given it to another file.

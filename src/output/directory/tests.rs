@@ -95,7 +95,7 @@ fn the_script_of_an_earlier_run_is_cleared() {
 }
 
 #[test]
-fn a_run_that_goes_on_keeps_what_is_before_its_step_and_what_it_is_told_to_keep() {
+fn a_run_that_continues_keeps_what_is_before_its_step_and_what_it_is_told_to_keep() {
     let root = tempfile::tempdir().unwrap();
     let directory = root.path();
     let files = OutputFiles::new(directory);

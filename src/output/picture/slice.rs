@@ -18,7 +18,7 @@ const SMALLEST_OUTLINE: f32 = 5.0;
 /// A slice of a flow.
 #[derive(Clone, Copy, Debug)]
 pub struct Slice<'a> {
-    /// Where it is.
+    /// Its position.
     pub plane: Plane,
     /// The values at its points, in the order of [`Plane::add`].
     pub values: &'a [f32],

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn a_series_that_goes_on_rising_has_no_end_of_its_transient() {
+    fn a_series_that_continues_rising_has_no_end_of_its_transient() {
         let drift = found(20.0, |t| 1.0 + 0.3 * t / COUNT as f64);
         assert!(drift.len() <= 10, "{} of 100", drift.len());
         let slow = found(20.0, |t| 1.0 - (-t / 600.0).exp());

@@ -258,7 +258,7 @@ pub(super) trait Line {
 }
 
 impl Layout {
-    /// The first columns of all, up to so many.
+    /// The first columns of all, `fields` of them.
     pub(super) fn first(fields: usize) -> Self {
         let wanted = (0..fields).map(|n| Wanted { target: n, source: n, factor: 1.0, constant: 0.0 });
         Self { wanted: wanted.collect(), fields }

@@ -343,7 +343,7 @@ fn a_legacy_file_of_vtk_is_read_as_text_and_as_binary() {
         (LEGACY.replace("2 float", "4000000000 float"), "p: the file ends before 12000000000 numbers"),
         (LEGACY.replace("POLYDATA", "STRUCTURED_POINTS"), "p: the data set is neither POLYDATA"),
         (LEGACY.replace("0.5 0.75", "0.5 -1"), "p: point 2: `radius` is `-1`, expected a number above 0"),
-        (LEGACY.replace("0.25 1", "0.25 one"), "p: the array `Points` holds what is no number"),
+        (LEGACY.replace("0.25 1", "0.25 one"), "p: the array `Points` holds something that is not a number"),
     ] {
         let error = parse(&text, "p").unwrap_err();
         assert!(error.starts_with(words), "{error}");

@@ -31,7 +31,7 @@ fn stokes_velocity(setup: &Setup) -> f64 {
     (setup.fluid.as_ref()).map_or(0.0, |fluid| fluid.scales.stokes_velocity)
 }
 
-/// What this rank contributes to the row of the time series, which [`row`] makes of the totals. Collective.
+/// Contribution of this rank to the row of the time series, which [`row`] makes of the totals. Collective.
 ///
 /// The mean velocity `<u>` is over all cells, those in particles included, so the momentum is
 ///

@@ -19,7 +19,7 @@ pub struct Sums {
 }
 
 impl Sums {
-    /// So many sums, sums of [fixed-point numbers](Self::add_fixed), and maxima (of numbers that are not negative).
+    /// Numbers of sums, of sums of [fixed-point numbers](Self::add_fixed), and of maxima (of numbers that are not negative).
     pub fn new(sums: usize, fixed: usize, maxima: usize) -> Self {
         Self { terms: Vec::new(), count: sums, fixed: vec![0; fixed], maxima: vec![0.0; maxima] }
     }

@@ -111,9 +111,9 @@ fn loads(simulation: &Simulation) -> Vec<u8> {
     bytemuck::cast_slice(&all).to_vec()
 }
 
-/// Runs `before` steps on three ranks, takes the state apart, and goes on for `after` steps with it on these numbers of ranks;
+/// Runs `before` steps on three ranks, takes the state apart, and continues for `after` steps with it on these numbers of ranks;
 /// the hashes are those of the run that was left alone.
-fn goes_on(setup: &Setup, before: u64, after: u64, on: &[usize]) {
+fn continues(setup: &Setup, before: u64, after: u64, on: &[usize]) {
     let cut = Decomposition::new(setup.domain, 3).unwrap();
     let runs = on_threads(3, |comm| {
         let block = cut.block(comm.rank());
@@ -144,10 +144,10 @@ fn goes_on(setup: &Setup, before: u64, after: u64, on: &[usize]) {
 }
 
 #[test]
-fn a_suspension_between_walls_goes_on_to_the_bit_on_any_ranks() {
+fn a_suspension_between_walls_continues_to_the_bit_on_any_ranks() {
     let setup = setup(CASE);
     for before in [0, 1, 13, 40] {
-        goes_on(&setup, before, 30, &[1, 2, 4]);
+        continues(&setup, before, 30, &[1, 2, 4]);
     }
 }
 
@@ -156,7 +156,7 @@ fn partially_saturated_cells_go_on_to_the_bit_on_any_ranks() {
     let setup =
         setup(&CASE.replace("relaxation_time = 0.55", "relaxation_time = 0.55\ncoupling = \"saturated\""));
     for before in [0, 1, 13] {
-        goes_on(&setup, before, 30, &[1, 2, 4]);
+        continues(&setup, before, 30, &[1, 2, 4]);
     }
 }
 
@@ -166,7 +166,7 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
     let mut setup = setup(&periodic);
     setup.plan.precision = Precision::F64;
     assert_eq!(setup.expect_fluid().zero_net_flux, [true; 3]);
-    goes_on(&setup, 20, 30, &[1, 5]);
+    continues(&setup, 20, 30, &[1, 5]);
     let cut = Decomposition::new(setup.domain, 1).unwrap();
     let mut simulation = Simulation::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();
     advance(&mut simulation, 50);
@@ -178,15 +178,15 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
 fn populations_in_16_bits_go_on_to_the_bit_on_any_ranks() {
     let mut setup = setup(CASE);
     setup.plan.precision = Precision::F16;
-    goes_on(&setup, 13, 30, &[1, 4]);
+    continues(&setup, 13, 30, &[1, 4]);
 }
 
 #[test]
-fn a_dry_run_goes_on_to_the_bit() {
+fn a_dry_run_continues_to_the_bit() {
     let (before, after) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
     let dry = format!("{}[dry]\ntime_step = 2e-5\n{}", &CASE[..before], &CASE[after..]);
     let setup = setup(&dry.replace("diameters = [4, 4.5, 5]", "diameters = [5, 6, 7]"));
-    goes_on(&setup, 60, 60, &[1, 4]);
+    continues(&setup, 60, 60, &[1, 4]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What LIGGGHTS refuses, what it crashes of, and what must never reach it.
+//! Cases that LIGGGHTS refuses, that crash it, and that must never reach it.
 
 use super::{DOMAIN, REST, advanced, contact, engine, moving, params, tank, templates, three, with_commands};
 use std::os::unix::fs::PermissionsExt;
@@ -12,7 +12,7 @@ use turbid::particle::Template;
 use turbid::shape::Cuboid;
 use turbid::wall::{Motion, Surface};
 
-/// What LIGGGHTS says to a case that it does not take.
+/// Message of LIGGGHTS about a case that it does not take.
 fn refusal(params: LiggghtsParams) -> String {
     match engine(params, &three()) {
         Ok(lgg) => advanced(lgg, 1, 1e-6).err().map_or_else(String::new, |e| e.to_string()),

@@ -216,7 +216,7 @@ fn an_engine_of_an_option_is_a_bare_word_and_its_mistakes_are_shown_there() {
     place.refused(&with("dem.liggghts.process=own"), &["option --set:1:", "`dem.engine` is \"native\""]);
 }
 
-/// How to get a program with LIGGGHTS.
+/// The way to a program with LIGGGHTS.
 #[cfg(not(feature = "liggghts"))]
 const RECIPE: [&str; 4] = [
     "built without",

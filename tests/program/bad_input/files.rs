@@ -1,4 +1,4 @@
-//! What is no regular file, what has no end, and what is of somebody else: never waited for, never quoted.
+//! Files that are not regular, that have no end, or that are of somebody else: never waited for, never quoted.
 
 use crate::common::Place;
 use crate::common::case::SPHERES;

@@ -3,7 +3,7 @@
 use crate::common::case::{SPHERES, changed};
 use crate::common::{self, Place};
 
-/// What a reader of TOML in Rust says to one who writes Rust.
+/// Words of a reader of TOML in Rust for those who write Rust.
 const NOT_SAID: [&str; 12] = [
     "variant",
     "sequence",

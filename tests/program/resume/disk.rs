@@ -5,7 +5,7 @@ use crate::common::case::TABLES_ONLY;
 use crate::common::{PROGRAM, Place, has, words};
 use std::process::Command;
 
-/// Whether this system lets a test have a file system of its own.
+/// True if this system lets a test have a file system of its own.
 #[cfg(target_os = "linux")]
 fn can_mount() -> bool {
     let folder = tempfile::tempdir().unwrap();

@@ -24,7 +24,7 @@ fn interrupted_at(place: &Place) -> u64 {
     left.summary["steps"].as_u64().unwrap()
 }
 
-/// Goes on by some steps, and compares with a run that never stopped.
+/// Continues by some steps, and compares with a run that never stopped.
 fn resumes_from(place: &Place, step: u64) {
     let end = format!("run.end.steps={}", step + 20);
     place.well(&["resume", "out", "--quiet", "--threads", "3", "--set", &end]);
@@ -211,7 +211,7 @@ fn killed(times: u64) {
         let threads = ["1", "2", "3"][time as usize % 3];
         let mut child =
             Guard::of(place.turbid(&[&["run", "case.toml", "--threads", threads], &options[..]].concat()));
-        // Anywhere from the start to the end, and then anywhere in what is going on there: as far into the run on a busy machine
+        // Anywhere from the start to the end, and then anywhere in what happens there: as far into the run on a busy machine
         // as on a quiet one.
         let bytes = up_to(whole.files[Path::new("series.csv")].len() as u64 + 1);
         poll("rows", || {

@@ -86,9 +86,9 @@ struct Running {
 struct Drawn {
     of: Option<(u64, SystemTime)>,
     curves: Curves,
-    /// When they were drawn, and how long that took.
+    /// The time at which they were drawn, and how long that took.
     last: Option<(Instant, Duration)>,
-    /// Why there are none.
+    /// The reason why there are none.
     error: String,
 }
 

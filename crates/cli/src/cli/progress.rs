@@ -110,7 +110,7 @@ pub(super) struct Pace {
     rate: f64,
 }
 
-/// How far a run has come.
+/// Progress of a run.
 struct Display {
     pace: Pace,
     target: Target,
@@ -192,7 +192,7 @@ impl Display {
     }
 }
 
-/// What is told of a run that is under way.
+/// Numbers of a run that is under way.
 pub(super) struct Progressed {
     /// Time in the simulation, and that at its end.
     pub(super) time: String,

@@ -17,7 +17,7 @@ type Frame = (u64, PathBuf, u64);
 
 /// The pictures of a run that are named alike.
 pub(crate) struct Film {
-    /// What stands before the steps in their names.
+    /// Beginning of their names, before the steps.
     pub(crate) name: String,
     /// Step, file and its length in bytes, ascending by step.
     pub(crate) frames: PicturesOfName,

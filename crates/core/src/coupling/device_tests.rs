@@ -14,7 +14,7 @@ use crate::wall::Wall;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// What is computed.
+/// A system to compute.
 #[derive(Clone)]
 struct Scene {
     name: &'static str,

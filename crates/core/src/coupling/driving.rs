@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn the_record_of_a_branch_is_of_its_own_steps_and_its_controller_goes_on() {
+    fn the_record_of_a_branch_is_of_its_own_steps_and_its_controller_continues() {
         let params = DrivingParams { prescribed: [true, false, false], ..params(ForceBalance::Mixture) };
         let mut whole = Driving::new(params);
         whole.mean.velocity = Vec3::new(0.3, 0.0, 0.2);

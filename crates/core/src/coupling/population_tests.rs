@@ -10,7 +10,7 @@ use crate::fluid::Boundary;
 const COMES: usize = 3;
 
 /// Forces (over `rho V U / dt`) on a sphere that comes into a uniform flow with a velocity of its own, step by step; `told` if the
-/// coupling is told of it.
+/// coupling gets to know it.
 fn forces(method: Method, ranks: usize, own: [f64; 3], told: bool) -> Vec<Vec3> {
     let flow = [0.05, -0.03, 0.02];
     let domain = Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx };

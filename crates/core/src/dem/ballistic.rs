@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_saved_on_2_ranks_goes_on_on_1_and_3_ranks_with_its_loads() {
+    fn what_was_saved_on_2_ranks_continues_on_1_and_3_ranks_with_its_loads() {
         let domain = Domain { faces: Domain::faces([true; 3]), cells: [12, 8, 8], dx: 1.0 };
         let templates: Arc<[Template]> =
             Arc::new([Template { shape: Arc::new(Sphere { radius: 1.0 }), material: 0, density: 1.0 }]);

@@ -427,7 +427,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_an_engine_could_not_go_on_with_are_named_with_their_particle() {
+    fn numbers_with_which_no_engine_continues_are_named_with_their_particle() {
         let of_9 = |name: &str| format!("part 1 of 2: the {name} particle 9 is not finite");
         assert!(after(|part| part.particles[1].velocity[2] = f64::NAN).contains(&of_9("velocity of")));
         assert!(

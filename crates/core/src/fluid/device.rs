@@ -76,7 +76,7 @@ impl CompiledKernels {
     }
 }
 
-/// What a block needs on a device, besides its populations.
+/// Data of a block on a device, besides its populations.
 pub(super) struct DeviceSweep<S> {
     queue: Rc<Queue>,
     failed: Rc<Failure>,

@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fluid_between_walls_goes_on_to_the_bit_on_any_ranks_from_both_phases() {
+    fn a_fluid_between_walls_continues_to_the_bit_on_any_ranks_from_both_phases() {
         for periodic in [[true; 3], [true, false, false], [false; 3]] {
             let (domain, motions) = boxed(periodic);
             for before in [0, 4, 5] {

@@ -6,7 +6,7 @@ use crate::device::{Device, KernelCost};
 use crate::error::{Error, Result};
 use crate::lattice::{C, Q};
 
-/// What sweeps a block.
+/// Sweeper of a block.
 pub(super) enum SweepDevice<S> {
     /// The processor, by the kernels of [`dispatch`].
     Host,

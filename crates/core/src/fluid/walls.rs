@@ -120,7 +120,7 @@ pub(crate) struct Walls<S: Population> {
     early: Vec<Vec<Run>>,
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
-    /// What the rules of runs need, link by link.
+    /// Data of the rules of runs, link by link.
     numbers: Vec<S::Number>,
     /// At the two ends of rows, where they meet closed faces.
     ends: Vec<RowEnds<S::Number>>,
@@ -140,7 +140,7 @@ struct RowEnds<T> {
     last: isize,
     ghost: isize,
     rule: LinkRule,
-    /// What the rule needs, by row, then by direction.
+    /// Data of the rule, by row, then by direction.
     numbers: Vec<T>,
     /// By row, then by direction; `NO_WALL` where the last cell belongs to a wall itself.
     walls: Vec<u16>,
@@ -351,7 +351,7 @@ impl<S: Population> Walls<S> {
     }
 }
 
-/// Where a population comes from and goes to on entering a phase, of the two ends of a link.
+/// Origin and destination of a population on entering a phase, of the two ends of a link.
 #[inline(always)]
 fn ends_of([near, far]: [usize; 2], entered: AaPhase) -> [usize; 2] {
     if entered == AaPhase::Odd { [near, far] } else { [far, near] }

@@ -17,7 +17,7 @@ pub trait Format: DeserializeOwned + JsonSchema {
     const REPLACED: (&'static [&'static str], &'static [&'static str]) = (&[], &[]);
 }
 
-/// What a [`Format`] says of a document.
+/// Facts that a [`Format`] states of a document.
 pub struct Schema {
     pub(super) json: Json,
     pub(super) other_names: &'static [(&'static str, &'static str, &'static str)],

@@ -22,7 +22,7 @@ pub struct BenchReport {
     /// Costs of particles beside the fluid.
     #[serde(flatten)]
     pub costs: Costs,
-    /// What benchmarks must have in common to be compared: the identity of the case, instructions, ranks, steps.
+    /// Properties that benchmarks must have in common to be compared: the identity of the case, instructions, ranks, steps.
     pub conditions: Json,
     /// Seconds per step by stage on rank 0.
     pub stages: BTreeMap<String, f64>,

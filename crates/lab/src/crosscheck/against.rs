@@ -73,7 +73,7 @@ pub struct Against {
     pub name: EngineName,
     /// The program; none for LIGGGHTS.
     program: Option<ProcessOptions>,
-    /// Whether its forces belong to the positions before the last sub-step.
+    /// True if its forces belong to the positions before the last sub-step.
     pub(super) late: bool,
     /// Directory for its logs, if they are kept.
     logs: Option<PathBuf>,

@@ -252,7 +252,7 @@ fn watched(
 }
 
 #[test]
-fn a_run_that_was_stopped_goes_on_to_the_same_numbers_and_is_not_repeated_on_1_and_2_ranks() {
+fn a_run_that_was_stopped_continues_to_the_same_numbers_and_is_not_repeated_on_1_and_2_ranks() {
     let looks = AtomicU64::new(0);
     let free = watched(&SuiteContext::new(Vec::new(), 1), 1, &looks, |_| {}).unwrap();
     assert_eq!(free.len(), 40);

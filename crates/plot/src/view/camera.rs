@@ -60,7 +60,7 @@ impl Camera {
         add(self.eye, sub(across, scale(self.back, 1.0 / near)))
     }
 
-    /// The same on a page with so many times the pixels along each side.
+    /// The same on a page with a multiple of the pixels along each side.
     pub(super) fn finer(self, times: f32) -> Self {
         Self { focus: times * self.focus, centre: self.centre.map(|x| times * x), ..self }
     }

@@ -234,7 +234,7 @@ impl Mesh {
 }
 
 impl Item {
-    /// Where a point of its mesh is.
+    /// Position of a point of its mesh.
     pub(super) fn place(&self, point: Vector) -> Vector {
         add(self.at, super::vector::combine(&self.axes, point))
     }

@@ -84,7 +84,7 @@ pub(super) struct Array<'a> {
 }
 
 impl Array<'_> {
-    /// All numbers of so many points; or what is wrong.
+    /// All numbers of `points` points, or the defect.
     pub(super) fn numbers(&self, points: usize) -> Result<Vec<f64>, String> {
         let count = points * self.components;
         let expected = |has: usize| format!("has {has} numbers instead of {count}");
@@ -94,7 +94,7 @@ impl Array<'_> {
                 let words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
                 let number = |word: &[u8]| std::str::from_utf8(word).ok()?.parse().ok();
                 let numbers: Option<Vec<f64>> = words.take(count + 1).map(number).collect();
-                let numbers = numbers.ok_or("holds what is no number")?;
+                let numbers = numbers.ok_or("holds something that is not a number")?;
                 return if numbers.len() == count { Ok(numbers) } else { Err(expected(numbers.len())) };
             }
             Data::Plain(bytes) if bytes.len() == length => (bytes.to_vec(), true),

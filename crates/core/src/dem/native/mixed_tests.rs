@@ -80,7 +80,7 @@ fn shaken(ranks: usize) -> (Vec<u8>, i64, usize, Vec<u8>) {
     let results = on_threads(ranks, |comm| {
         let cut = Decomposition::new(CHANNEL, ranks).unwrap();
         let mut engine = Native::new(params(), cut, comm.rank(), templates(), &all).unwrap();
-        let (mut keepers, mut handed) = (BTreeMap::new(), 0);
+        let (mut owners, mut handed) = (BTreeMap::new(), 0);
         let mut contacts = Vec::new();
         for _ in 0..STEPS {
             let loads = vec![Load::default(); engine.particles().owned];
@@ -93,10 +93,10 @@ fn shaken(ranks: usize) -> (Vec<u8>, i64, usize, Vec<u8>) {
             for (rank, records) in records.iter().enumerate() {
                 for record in bytemuck::pod_collect_to_vec::<u8, Record>(records) {
                     let key = (record.first, record.second);
-                    let before = keepers.insert(key, (rank, record.age));
+                    let before = owners.insert(key, (rank, record.age));
                     let wall = ContactState::wall_of(record.second).is_some();
                     handed += usize::from(
-                        wall && before.is_some_and(|(keeper, age)| keeper != rank && record.age == age + 2),
+                        wall && before.is_some_and(|(owner, age)| owner != rank && record.age == age + 2),
                     );
                 }
             }
@@ -131,7 +131,7 @@ fn spheres_and_cubes_between_moving_walls_move_to_the_same_bits_on_1_2_3_4_and_8
 }
 
 #[test]
-fn a_run_between_moving_walls_resumed_half_way_goes_on_to_the_same_bits_on_1_2_and_4_ranks() {
+fn a_run_between_moving_walls_resumed_half_way_continues_to_the_same_bits_on_1_2_and_4_ranks() {
     let all = crowd();
     let advance = |engine: &mut Native, comm: &Comm, steps: usize| {
         for _ in 0..steps {

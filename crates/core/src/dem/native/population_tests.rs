@@ -83,7 +83,7 @@ fn particles_that_come_and_go_leave_the_same_bits_on_1_to_4_ranks_and_after_a_re
 }
 
 #[test]
-fn nothing_is_remembered_of_the_contacts_of_a_particle_that_goes_on_2_ranks() {
+fn nothing_is_remembered_of_the_contacts_of_a_particle_that_leaves_on_2_ranks() {
     on_threads(2, |comm| {
         let mut engine = engine(&comm);
         let mut touching = Vec::new();

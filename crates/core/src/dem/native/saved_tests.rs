@@ -108,7 +108,7 @@ fn written(damping: DampingLaw, ranks: usize) -> Written {
 }
 
 #[test]
-fn a_run_saved_on_1_to_4_ranks_goes_on_on_1_to_4_ranks_to_the_same_bits() {
+fn a_run_saved_on_1_to_4_ranks_continues_on_1_to_4_ranks_to_the_same_bits() {
     for damping in [DampingLaw::HuntCrossley, DampingLaw::Tsuji] {
         for writers in 1..=4 {
             let Written { step, parts, states } = written(damping, writers);
@@ -132,7 +132,7 @@ fn a_run_saved_on_1_to_4_ranks_goes_on_on_1_to_4_ranks_to_the_same_bits() {
 }
 
 #[test]
-fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_goes_on_as_before_on_3_ranks() {
+fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_continues_as_before_on_3_ranks() {
     let Written { step, parts, states } = written(DampingLaw::HuntCrossley, 2);
     let ([parts, _], [_, end]) = (parts, states);
     let mut damaged = parts.clone();

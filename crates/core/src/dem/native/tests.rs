@@ -410,7 +410,7 @@ fn a_cluster_that_crosses_faces_edges_and_corners_moves_to_the_same_bits_on_1_to
 }
 
 #[test]
-fn a_run_resumed_on_another_number_of_ranks_goes_on_to_the_same_bits_on_1_2_and_4_ranks() {
+fn a_run_resumed_on_another_number_of_ranks_continues_to_the_same_bits_on_1_2_and_4_ranks() {
     let all = cluster();
     let whole = on_threads(2, |comm| {
         let mut engine = crowd(2, comm.rank(), &all);
@@ -451,10 +451,10 @@ fn a_contact_keeps_its_damping_when_its_bodies_change_ranks_on_8_ranks() {
         for _ in 0..240 {
             advance(&mut engine, &comm, dt).unwrap();
             let records = comm.all_gather(bytemuck::cast_slice(engine.records()).to_vec());
-            let keepers: Vec<usize> = (0..8).filter(|&r| !records[r].is_empty()).collect();
+            let owners: Vec<usize> = (0..8).filter(|&r| !records[r].is_empty()).collect();
             let all: Vec<Record> = bytemuck::pod_collect_to_vec(&records.concat());
             assert!(all.len() <= 1, "kept once");
-            seen.extend(all.first().map(|record| (keepers[0], *record)));
+            seen.extend(all.first().map(|record| (owners[0], *record)));
         }
         let mut begun = [engine.contacts().begun as i64];
         comm.sum(&mut begun);

@@ -1,4 +1,4 @@
-//! What follows the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
+//! Exchange after the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
 
 use super::{DeviceSweep, Populations, filled};
 use crate::device::{Argument, Array, Done, Queue};

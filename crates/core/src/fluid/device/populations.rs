@@ -7,7 +7,7 @@ use std::cell::{Cell, RefCell, UnsafeCell};
 use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
-/// Which of the copies is the newer one.
+/// The newer one of the copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Newer {
     Neither,

@@ -60,7 +60,7 @@ impl LinkRule {
         }
     }
 
-    /// What was sent along a link with its numbers, if this came back.
+    /// Population that was sent along a link with its numbers, if this came back.
     pub(super) fn sent<S: Population>(self, returned: S, numbers: &[S::Number]) -> S {
         match self {
             Self::Resting => returned,
