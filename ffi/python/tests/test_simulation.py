@@ -447,6 +447,11 @@ def test_bodies_in_each_other_and_jumps_through_the_box_are_refused(case):
     simulation.positions = states.position + 1e-5
 
 
+@pytest.mark.parametrize("name", ["steps", "time", "particles", "loads", "state_hash"])
+def test_what_is_read_of_the_state_waits_for_a_step_of_another_thread(name):
+    assert hasattr(getattr(Simulation, name).fget, "__wrapped__")
+
+
 def test_other_threads_of_python_run_while_a_simulation_steps(case):
     simulation = Simulation(case)
     stepping = threading.Thread(target=simulation.step, args=(200,))
