@@ -34,7 +34,7 @@ mod tests {
     #[test]
     fn without_a_name_all_cases_run_and_a_case_named_twice_runs_once() {
         assert_eq!(chosen(&KNOWN, &[]).unwrap(), [0, 1, 2]);
-        let twice = ["shear".to_string(), "shear".to_string()];
+        let twice = ["spin".to_string(), "spin".to_string()];
         assert_eq!(chosen(&KNOWN, &twice).unwrap(), [1]);
     }
 }
