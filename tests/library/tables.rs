@@ -12,7 +12,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use turbid::output::numbers::small;
-use turbid_lab::checks::{Check, Score, bold_failure, cells, markdown_table, read_csv};
+use turbid_lab::checks::{Check, bold_failure, cells, judged, markdown_table, read_csv};
 use turbid_lab::validate::{CASES, Level};
 
 fn read(file: &str) -> Vec<Check> {
@@ -23,18 +23,10 @@ fn read(file: &str) -> Vec<Check> {
 
 /// Number of checks that passed, and the largest part of a tolerance that one of them uses.
 fn score(checks: &[&Check]) -> [String; 2] {
-    let judged: Vec<&&Check> = checks.iter().filter(|check| check.tolerance.is_finite()).collect();
-    let Score { passed, checks: count, .. } =
-        Score::of_checks(&judged.iter().map(|check| (**check).clone()).collect::<Vec<_>>());
-    let used = judged.iter().map(|check| match (check.measured - check.reference).abs() {
-        0.0 => 0.0,
-        off => off / check.tolerance,
-    });
-    let used = used.fold(0.0, f64::max);
-    if judged.is_empty() {
-        return ["reported".to_string(), String::new()];
+    match judged(checks.iter().copied()) {
+        None => ["reported".to_string(), String::new()],
+        Some((passed, count, used)) => [format!("{passed} of {count}"), format!("{} %", small(100.0 * used))],
     }
-    [format!("{passed} of {count}"), format!("{} %", small(100.0 * used))]
 }
 
 /// The rows of one case.

@@ -280,6 +280,18 @@ pub fn all(outcomes: &[Outcome]) -> Vec<Check> {
     outcomes.iter().flat_map(Outcome::checks).collect()
 }
 
+/// Of the checks with a tolerance: how many passed, how many there are, and the largest part of a tolerance that one of them uses; `None`
+/// if there are none.
+pub fn judged<'a>(checks: impl IntoIterator<Item = &'a Check>) -> Option<(usize, usize, f64)> {
+    let judged: Vec<&Check> = checks.into_iter().filter(|check| check.tolerance.is_finite()).collect();
+    let part = |check: &&Check| match (check.measured - check.reference).abs() {
+        0.0 => 0.0,
+        off => off / check.tolerance,
+    };
+    let passed = judged.iter().filter(|check| check.pass).count();
+    (!judged.is_empty()).then(|| (passed, judged.len(), judged.iter().map(part).fold(0.0, f64::max)))
+}
+
 /// Numbers of checks and cases by their results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Score {

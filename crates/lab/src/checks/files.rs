@@ -1,6 +1,6 @@
 //! Checks as CSV and JSON, and the plots of cases.
 
-use super::{Check, Ending, Outcome, all, markdown};
+use super::{Check, Ending, Outcome, all, judged, markdown};
 use std::fs;
 use std::path::Path;
 use turbid::error::{Error, Result};
@@ -70,16 +70,9 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
 /// Writes `NAME.png` and `NAME.svg`, with a bar for each case: the largest part of a tolerance that one of its checks uses.
 pub fn write_bars(directory: &Path, name: &str, outcomes: &[Outcome]) -> Result<()> {
     let row = |outcome: &Outcome| {
-        let checks = outcome.checks();
-        let judged: Vec<&Check> = checks.iter().filter(|check| check.tolerance.is_finite()).collect();
-        let part = |check: &&Check| match (check.measured - check.reference).abs() {
-            0.0 => 0.0,
-            off => off / check.tolerance,
-        };
-        let used = judged.iter().map(part).fold(0.0, f64::max);
-        let passed = judged.iter().filter(|check| check.pass).count();
-        let text = format!("{} %, {passed} of {} checks", small(100.0 * used), judged.len());
-        (!judged.is_empty()).then(|| (outcome.case.clone(), used, text))
+        let (passed, checks, used) = judged(&outcome.checks())?;
+        let text = format!("{} %, {passed} of {checks} checks", small(100.0 * used));
+        Some((outcome.case.clone(), used, text))
     };
     let engine = outcomes.iter().find_map(|outcome| outcome.engine).unwrap_or_default().label;
     let title = format!("native and {engine}: largest part of a tolerance that is used");
