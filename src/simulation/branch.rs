@@ -5,7 +5,6 @@
 
 use super::checkpointer::{Shared, means_the_same, refuse_end, saved_head};
 use super::identity::{physics, run_id};
-use super::population::Counts;
 use super::{Simulation, identity};
 use crate::case::{self, Setup};
 use crate::checkpoint::{CaseText, Head};
@@ -124,9 +123,8 @@ impl Branch {
             },
         )?;
         // Placed at random they are known by their number alone.
-        let placed = Counts::of(setup);
-        if simulation.counts() != placed.start() {
-            let (then, now) = (simulation.counts(), placed.start());
+        let (then, now) = (simulation.counts(), simulation.counts.start());
+        if then != now {
             let what = format!("the particles of each kind were {then:?} and would be {now:?}");
             return Err(Error::Agreed { code: 2, text: cannot_continue(&what).to_string() });
         }

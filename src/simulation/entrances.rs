@@ -146,16 +146,17 @@ impl Simulation {
     /// [`Error::Unsupported`] from an engine of which no states can be set.
     pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
         let saved = self.comm.agree(self.dem.save())?;
-        let parts = self.comm.all_gather(saved);
+        let engine = self.dem.name();
+        let parts = states::read(engine, &self.comm.all_gather(saved))?;
         let before = match self.before.take() {
             Some((step, before)) if step == self.step => before,
             _ => {
                 let dt = if self.caller_moves && self.step > 0 { self.units.dt } else { 0.0 };
-                states::earlier(self.dem.name(), &parts, &self.domain, dt)?
+                states::earlier(&parts, &self.domain, dt)
             }
         };
         let limits = Limits { before: &before, ..self.limits() };
-        let parts = states::replace(self.dem.name(), &parts, states, &limits);
+        let parts = states::replace(engine, parts, states, &limits);
         self.before = Some((self.step, before));
         let parts = parts?;
         self.dem.restore(&self.comm, &parts)

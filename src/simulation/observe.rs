@@ -243,7 +243,7 @@ impl<'a> Observer<'a> {
         let of_each = due.iter().map(|&i| self.writers[i].sums(&mut rank));
         let sums: Vec<Sums> = std::iter::once(of_row).chain(of_each).collect();
         let touches = needed(Need::Contacts) || needed(Need::AllContacts);
-        let touches = if touches { rank.contacts().to_vec() } else { Vec::new() };
+        let touches = if touches { rank.into_contacts() } else { Vec::new() };
         let totals = Sums::reduce(&sums, &simulation.comm);
         let row = measured.and_then(|measured| row::row(setup, simulation, measured, &totals[0]));
         let planes = (needed(Need::Slices) && setup.fluid.is_some()).then(|| slice_planes(setup));

@@ -170,6 +170,11 @@ impl<'a> RankState<'a> {
         self.contacts.get_or_init(|| self.simulation.dem.contact_states())
     }
 
+    /// The [contacts](Self::contacts), for good.
+    pub(super) fn into_contacts(self) -> Vec<ContactState> {
+        self.contacts.into_inner().unwrap_or_else(|| self.simulation.dem.contact_states())
+    }
+
     /// Calls `visit` with each cell of the block of this rank, velocity (m/s) and pressure (Pa) there, and the solid volume fraction,
     /// with the particles where they are now; not at all without a fluid.
     pub fn each_cell(&mut self, mut visit: impl FnMut([usize; 3], [f64; 3], f64, f64)) {

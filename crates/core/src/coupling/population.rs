@@ -101,12 +101,13 @@ impl Coupling {
     /// Forgets the particles with these ids, which have been removed, and with them the momentum of the fluid in them.
     pub fn remove(&mut self, ids: &[u64]) {
         self.removed.extend(ids);
+        self.removed.sort_unstable();
     }
 
     /// The particles that this rank owned in the last sweep, as they were then, and force and torque of the fluid on them; without those
     /// that have been removed.
     pub fn last_loads(&self) -> impl Iterator<Item = (&Particle, Load)> {
         let all = self.swept_particles.iter().zip(self.swept_loads.iter().copied());
-        all.filter(|(particle, _)| !self.removed.contains(&particle.id))
+        all.filter(|(particle, _)| self.removed.binary_search(&particle.id).is_err())
     }
 }

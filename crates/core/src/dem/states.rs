@@ -51,6 +51,14 @@ pub fn too_fast(particle: &Particle, time_step: f64, dx: f64) -> Option<String> 
     }
 }
 
+/// The saved parts of an engine, of all ranks.
+///
+/// # Errors
+/// [`Error::Input`] if a part is damaged.
+pub fn read(engine: &'static str, parts: &[Vec<u8>]) -> Result<Vec<Saved>> {
+    parts.iter().map(|part| Saved::read(engine, part).map_err(Error::Input)).collect()
+}
+
 /// The saved state of an engine, in `parts` of all ranks, with the position, orientation, velocity and angular velocity of every
 /// particle as in `states`, which are ascending by id. Periodic positions are wrapped, orientations normalised, and the angular
 /// momentum follows from the angular velocity. What is as it was keeps every bit. Overlaps without a closed form are bounded from below by
@@ -62,7 +70,7 @@ pub fn too_fast(particle: &Particle, time_step: f64, dx: f64) -> Option<String> 
 /// particles in a form of its own.
 pub fn replace(
     engine: &'static str,
-    parts: &[Vec<u8>],
+    parts: Vec<Saved>,
     states: &[Particle],
     limits: &Limits,
 ) -> Result<Vec<Vec<u8>>> {
@@ -72,8 +80,7 @@ pub fn replace(
         return Err(refuse(format!("the ids must ascend, but {second} follows {first}")));
     }
     let (mut bodies, mut replaced) = (Vec::with_capacity(states.len()), Vec::with_capacity(parts.len()));
-    for part in parts {
-        let mut saved = Saved::read(engine, part).map_err(refuse)?;
+    for mut saved in parts {
         if !saved.own.is_empty() {
             return Err(Error::Unsupported {
                 engine,
@@ -100,20 +107,14 @@ pub fn replace(
 }
 
 /// The states in the saved `parts` of all ranks, ascending by id, or those a time `dt` (s) earlier at the same velocities.
-///
-/// # Errors
-/// [`Error::Input`] if a part is damaged.
-pub fn earlier(engine: &'static str, parts: &[Vec<u8>], domain: &Domain, dt: f64) -> Result<Vec<Particle>> {
-    let mut all = Vec::new();
-    for part in parts {
-        all.extend(Saved::read(engine, part).map_err(Error::Input)?.particles);
-    }
+pub fn earlier(parts: &[Saved], domain: &Domain, dt: f64) -> Vec<Particle> {
+    let mut all: Vec<Particle> = parts.iter().flat_map(|part| part.particles.iter().copied()).collect();
     all.sort_unstable_by_key(|particle| particle.id);
     for particle in &mut all {
         particle.position = domain.wrap(particle.position() - particle.velocity() * dt).into();
         particle.set_orientation(&turned(&particle.orientation(), particle.angular_velocity(), -dt));
     }
-    Ok(all)
+    all
 }
 
 /// The saved state of the engine `was`, in `parts` of all ranks, as that of `engine` with other materials or contacts after `substep`
