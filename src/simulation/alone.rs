@@ -39,7 +39,8 @@ impl Simulation {
             return Ok(None);
         };
         let (rank, of) = (self.comm.rank(), setup.expect_fluid());
-        let (coupling, driving) = FluidSystem::acting(setup, of, decomposition, rank, system.cells);
+        let (mut coupling, driving) = FluidSystem::acting(setup, of, decomposition, rank, system.cells);
+        system.fluid.prepare(&mut coupling);
         let dem = engine(setup, decomposition, &self.comm, &Context::default())?;
         Ok(Some(Alone { coupling, driving, dem, timings: Timings::default() }))
     }

@@ -79,6 +79,19 @@ fn a_checkpoint_of_the_processor_continues_on_the_device_and_back_to_the_bit() {
 }
 
 #[test]
+fn a_benchmark_on_a_device_times_the_case_with_and_without_particles() {
+    if !has_device() {
+        return;
+    }
+    let place = Place::new(&case::crowd(8, "picture_every = \"never\""));
+    let output = place.well(&["bench", "case.toml", "--steps", "4", "--json", "--device", "gpu", "--threads", "2"]);
+    let report: Value = serde_json::from_str(&output).unwrap();
+    for stages in ["stages", "fluid_only_stages"] {
+        assert!(report["by_rank"][0][stages]["fluid"].as_f64().is_some_and(|time| time > 0.0), "{report}");
+    }
+}
+
+#[test]
 fn without_a_driver_the_message_says_what_to_install() {
     let place = Place::new(case::SPHERES);
     let mut run = place.limited(&["run", "case.toml", "--device", "gpu"]);

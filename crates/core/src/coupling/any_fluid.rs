@@ -71,8 +71,14 @@ impl AnyFluid {
     /// # Errors
     /// As [`Fluid::use_device`].
     pub fn use_device(&mut self, device: &Device, coupling: &mut Coupling) -> Result<()> {
-        coupling.images = Some(Images::default());
-        with_method!(coupling.params.method, method => either!(self, fluid => fluid.use_device(device, method)))
+        with_method!(coupling.params.method, method => either!(self, fluid => fluid.use_device(device, method)))?;
+        self.prepare(coupling);
+        Ok(())
+    }
+
+    /// Prepares a coupling for sweeps of this fluid: for one on a device it finds images of bodies, else the cells that they cover.
+    pub fn prepare(&self, coupling: &mut Coupling) {
+        coupling.images = self.device_traffic().map(|_| Images::default());
     }
 
     /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.
