@@ -84,7 +84,8 @@ fn a_benchmark_on_a_device_times_the_case_with_and_without_particles() {
         return;
     }
     let place = Place::new(&case::crowd(8, "picture_every = \"never\""));
-    let output = place.well(&["bench", "case.toml", "--steps", "4", "--json", "--device", "gpu", "--threads", "2"]);
+    let output =
+        place.well(&["bench", "case.toml", "--steps", "4", "--json", "--device", "gpu", "--threads", "2"]);
     let report: Value = serde_json::from_str(&output).unwrap();
     for stages in ["stages", "fluid_only_stages"] {
         assert!(report["by_rank"][0][stages]["fluid"].as_f64().is_some_and(|time| time > 0.0), "{report}");

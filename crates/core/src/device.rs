@@ -13,6 +13,7 @@ mod drivers;
 mod host_tests;
 
 use crate::error::{Error, Result};
+use crate::lattice::Q;
 use crate::memory;
 use std::any::Any;
 use std::cell::RefCell;
@@ -277,6 +278,8 @@ pub(crate) enum Argument<'a> {
     Int(i32),
     Long(u64),
     Ints([i32; 4]),
+    Slots([u64; Q]),
+    Doubles([f64; 6]),
 }
 
 /// Work on a device, done in the order in which it is given.

@@ -6,6 +6,9 @@ mod opencl;
 use super::{DeviceInfo, Driver};
 use std::sync::Arc;
 
+/// First compute capability of NVIDIA's GPUs whose warps add up by an instruction, `WARPS` in the kernels.
+const WARPS_SINCE: i32 = 8;
+
 /// All devices; those of CUDA only if OpenCL lists no GPU of NVIDIA.
 pub(super) fn all() -> Vec<(Arc<dyn Driver>, DeviceInfo)> {
     let described = |driver: Arc<dyn Driver>| {

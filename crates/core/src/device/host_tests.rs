@@ -152,6 +152,8 @@ impl Commands for AtOnce {
                 Argument::Int(n) => std::ptr::from_ref(n).cast(),
                 Argument::Long(n) => std::ptr::from_ref(n).cast(),
                 Argument::Ints(n) => std::ptr::from_ref(n).cast(),
+                Argument::Slots(n) => std::ptr::from_ref(n).cast(),
+                Argument::Doubles(n) => std::ptr::from_ref(n).cast(),
             })
             .collect();
         // SAFETY: promised by the caller.

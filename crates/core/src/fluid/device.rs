@@ -87,13 +87,12 @@ pub(super) struct DeviceSweep<S> {
     corner: [usize; 3],
     cells: [usize; 3],
     /// By the phase that a sweep begins in.
-    slots: [Array; 2],
+    slots: [[u64; Q]; 2],
     /// Slots of the populations that left a cell in the last sweep, by the phase after it; cells that were asked for, and their sums.
     left: [Array; 2],
     asked: [Array; 2],
     walls: Option<Array>,
     exchange: Exchange<S>,
-    parameters: Array,
     bodies: BodyArrays,
     flows: Array,
     total: Array,
@@ -112,13 +111,12 @@ impl<S: Population> DeviceSweep<S> {
         let [x, y, z] = layout.size;
         let what = format!("the populations of a block of {x} x {y} x {z} cells");
         let array = queue.zeroed(layout.len() * size_of::<S>(), &what)?;
-        let [even, odd] = [AaPhase::Even, AaPhase::Odd].map(|phase| -> Result<[Array; 2]> {
-            let slots = layout.slots_from(phase).map(|slot| slot as u64);
+        let phases = [AaPhase::Even, AaPhase::Odd];
+        let left = phases.map(|phase| {
             let left: [u64; Q] = std::array::from_fn(|i| layout.left(phase, i) as u64);
-            let fill = |values: &[u64]| filled(&queue, values, "the slots of a cell");
-            Ok([fill(&slots)?, fill(&left)?])
+            filled(&queue, &left, "the slots of a cell")
         });
-        let ([slots_even, left_even], [slots_odd, left_odd]) = (even?, odd?);
+        let [left_even, left_odd] = left;
         let flags = fluid.walls.flags();
         let walls = (!flags.is_empty()).then(|| filled(&queue, &flags, "the map of the walls"));
         let tiles: [usize; 3] = std::array::from_fn(|a| layout.size[a].div_ceil(TILE[a]));
@@ -131,12 +129,11 @@ impl<S: Population> DeviceSweep<S> {
             tiles,
             corner: fluid.block.lo,
             cells: fluid.domain.cells,
-            slots: [slots_even, slots_odd],
-            left: [left_even, left_odd],
+            slots: phases.map(|phase| layout.slots_from(phase).map(|slot| slot as u64)),
+            left: [left_even?, left_odd?],
             asked: [small()?, small()?],
             walls: walls.transpose()?,
             exchange: Exchange::new(&queue, fluid)?,
-            parameters: small()?,
             bodies: BodyArrays::new(&queue)?,
             flows: flow(tiles.iter().product::<usize>() * TILE_WORDS)?,
             total: flow(FLOW_WORDS)?,
@@ -171,8 +168,14 @@ impl<S: Population> DeviceSweep<S> {
     ) -> Option<Flow> {
         let mut received = vec![0_i64; BODY_WORDS * bodies.len()];
         let mut flow = measure.then(Flow::default);
-        let done =
-            self.try_sweep(populations.on_device(), phase, &parameters, images, &mut received, flow.as_mut());
+        let done = self.try_sweep(
+            populations.on_device(),
+            phase,
+            parameters.map(Into::into),
+            images,
+            &mut received,
+            flow.as_mut(),
+        );
         self.failed.note(done);
         for (body, words) in bodies.iter_mut().zip(received.chunks_exact(BODY_WORDS)) {
             let sums: &[super::ExchangeSum; 2] = bytemuck::from_bytes(bytemuck::cast_slice(words));
@@ -186,44 +189,53 @@ impl<S: Population> DeviceSweep<S> {
         &mut self,
         populations: &Array,
         phase: AaPhase,
-        parameters: &[S::Number; 6],
+        parameters: [f64; 6],
         images: &Images,
         received: &mut [i64],
         flow: Option<&mut Flow>,
     ) -> Done {
-        self.queue.write(&mut self.parameters, parameters)?;
         self.bodies.write::<S>(&self.queue, images, self.tiles, size_of_val(received))?;
         self.transferred = self.bodies.written as u64;
         self.bodies.find_spans(&self.queue, &self.kernels.spans, images)?;
-        self.sweep_tiles(populations, phase, flow.is_some(), size_of_val(received))?;
+        self.sweep_tiles(populations, phase, parameters, flow.is_some(), size_of_val(received))?;
         if let Some(flow) = flow {
             *flow = self.total_flow()?;
         }
-        self.copy(&self.exchange.swept[phase.next() as usize], populations)?;
         self.queue.read(&self.bodies.received, received)?;
         self.transferred += size_of_val(received) as u64;
-        Ok(())
+        // While the host goes on.
+        self.copy(&self.exchange.swept[phase.next() as usize], populations)
     }
 
     /// The sweep itself; bodies receive `received` bytes.
-    fn sweep_tiles(&self, populations: &Array, phase: AaPhase, measure: bool, received: usize) -> Done {
+    fn sweep_tiles(
+        &self,
+        populations: &Array,
+        phase: AaPhase,
+        parameters: [f64; 6],
+        measure: bool,
+        received: usize,
+    ) -> Done {
         let int = |n: usize| n as i32;
         let [nx, ny, nz] = self.size.map(int);
         let [ox, oy, oz] = self.corner.map(int);
         let [cx, cy, cz] = self.cells.map(int);
         let (tiles, bodies) = (self.tiles.iter().product::<usize>(), &self.bodies);
+        let [bin, bins] = [bodies.bin, bodies.bins].map(|of| of.map(int));
         let arguments = [
             Argument::Array(populations),
-            Argument::Array(&self.slots[phase as usize]),
+            Argument::Slots(self.slots[phase as usize]),
             Argument::Ints([nx, ny, nz, self.pitch as i32]),
             Argument::Int(ny + 2),
             Argument::Ints([cx, cy, cz, 0]),
             Argument::Ints([ox, oy, oz, 0]),
-            Argument::Array(&self.parameters),
+            Argument::Ints([bin[0], bin[1], bin[2], 0]),
+            Argument::Ints([bins[0], bins[1], bins[2], 0]),
+            Argument::Doubles(parameters),
             Argument::Int(i32::from(self.walls.is_some())),
-            Argument::Array(self.walls.as_ref().unwrap_or(&self.parameters)),
-            Argument::Array(&bodies.tile_start),
-            Argument::Array(&bodies.tile_images),
+            Argument::Array(self.walls.as_ref().unwrap_or(&bodies.bin_start)),
+            Argument::Array(&bodies.bin_start),
+            Argument::Array(&bodies.bin_images),
             Argument::Array(&bodies.ints),
             Argument::Array(&bodies.numbers),
             Argument::Array(&bodies.faces),

@@ -43,9 +43,19 @@ impl Images {
         (self.rows, self.most_rows) = (0, 0);
     }
 
-    /// Images that may touch each tile of a block, in their order: the first of each tile and one past the last, and their indices.
-    pub(crate) fn by_tile(&self, tiles: [usize; 3], edges: [usize; 3]) -> (Vec<u32>, Vec<i32>) {
-        let mut start = vec![0_u32; tiles.iter().product::<usize>() + 1];
+    /// Edges of bins of whole tiles that are about as large as the largest image (tiles).
+    pub(crate) fn bin(&self, tile: [usize; 3]) -> [usize; 3] {
+        std::array::from_fn(|a| {
+            let width = |ints: &[i32]| (ints[3 + 2 * a] - ints[2 + 2 * a]) as usize;
+            let largest = self.ints.chunks_exact(INTS).map(width).max().unwrap_or(0);
+            (largest / tile[a]).next_power_of_two().clamp(1, 16)
+        })
+    }
+
+    /// Images that may touch each bin of a block, in their order: the first of each bin and one past the last, and their indices; for
+    /// `count` bins with these `edges` (cells).
+    pub(crate) fn by_bin(&self, count: [usize; 3], edges: [usize; 3]) -> (Vec<u32>, Vec<i32>) {
+        let mut start = vec![0_u32; count.iter().product::<usize>() + 1];
         let each = |visit: &mut dyn FnMut(usize, usize)| {
             for (index, ints) in self.ints.chunks_exact(INTS).enumerate() {
                 let [xs, ys, zs] = [0, 1, 2].map(|a| {
@@ -55,21 +65,21 @@ impl Images {
                 for z in zs {
                     for y in ys.clone() {
                         for x in xs.clone() {
-                            visit((z * tiles[1] + y) * tiles[0] + x, index);
+                            visit((z * count[1] + y) * count[0] + x, index);
                         }
                     }
                 }
             }
         };
-        each(&mut |tile, _| start[tile + 1] += 1);
-        for tile in 1..start.len() {
-            start[tile] += start[tile - 1];
+        each(&mut |bin, _| start[bin + 1] += 1);
+        for bin in 1..start.len() {
+            start[bin] += start[bin - 1];
         }
         let mut next = start.clone();
         let mut listed = vec![0; start[start.len() - 1] as usize];
-        each(&mut |tile, index| {
-            listed[next[tile] as usize] = index as i32;
-            next[tile] += 1;
+        each(&mut |bin, index| {
+            listed[next[bin] as usize] = index as i32;
+            next[bin] += 1;
         });
         (start, listed)
     }

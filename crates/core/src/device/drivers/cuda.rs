@@ -1,5 +1,6 @@
 //! The driver CUDA, with the same kernels, for GPUs of NVIDIA that OpenCL does not list. NVRTC compiles them while the program runs.
 
+use super::WARPS_SINCE;
 use crate::device::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use cudarc::driver::sys::CUdevice_attribute;
 use cudarc::driver::{
@@ -97,7 +98,8 @@ impl Driver for Cuda {
         let failed = |error: DriverError| format!("error: {error}");
         let context = CudaContext::new(self.0 as usize).map_err(failed)?;
         let (major, minor) = context.compute_capability().map_err(failed)?;
-        let code = compile(source, options, &format!("sm_{major}{minor}"))?;
+        let options = if major >= WARPS_SINCE { format!("{options} -DWARPS") } else { options.to_owned() };
+        let code = compile(source, &options, &format!("sm_{major}{minor}"))?;
         let module = context.load_module(code).map_err(failed)?;
         Ok(Arc::new(Compiled { context, module }))
     }
@@ -163,6 +165,8 @@ impl Commands for InOrder {
                 Argument::Int(n) => launch.arg(n),
                 Argument::Long(n) => launch.arg(n),
                 Argument::Ints(n) => launch.arg(n),
+                Argument::Slots(n) => launch.arg(n),
+                Argument::Doubles(n) => launch.arg(n),
             };
         }
         let (grid_dim, block_dim) = ((groups, 1, 1), (group, 1, 1));

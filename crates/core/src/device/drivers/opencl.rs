@@ -1,5 +1,6 @@
 //! The driver OpenCL.
 
+use super::WARPS_SINCE;
 use crate::device::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
 use opencl3::command_queue::CommandQueue;
 use opencl3::context::Context;
@@ -59,7 +60,11 @@ impl Driver for OpenCl {
 
     fn compile(&self, source: &str, options: &str) -> Result<Arc<dyn Program>, String> {
         // The same bits as the processor's: divisions as IEEE 754 says, nothing relaxed.
-        let options = format!("-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt {options}");
+        let mut options = format!("-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt {options}");
+        // Only NVIDIA's driver answers.
+        if self.0.compute_capability_major_nv().is_ok_and(|major| major as i32 >= WARPS_SINCE) {
+            options += " -DWARPS";
+        }
         let context = Context::from_device(&self.0).map_err(|error| format!("error: no context: {error}"))?;
         let program = opencl3::program::Program::create_and_build_from_source(&context, source, &options)?;
         Ok(Arc::new(Compiled { context, program, device: Id::new(self.0.id()) }))
@@ -84,6 +89,9 @@ impl Program for Compiled {
         Ok(Box::new(InOrder { queue, compiled: self }))
     }
 }
+
+/// Most bytes of a transfer: drivers have failed at more than 2 GiB.
+const AT_ONCE: usize = 1 << 28;
 
 /// A queue.
 struct InOrder {
@@ -115,14 +123,18 @@ impl Commands for InOrder {
     }
 
     unsafe fn write(&self, memory: &mut Memory, bytes: &[u8]) -> Done {
-        // SAFETY: promised by the caller; the call returns when the bytes have been read.
-        unsafe { self.queue.enqueue_write_buffer(buffer_mut(memory), CL_TRUE, 0, bytes, &[]) }?;
+        for (part, at) in bytes.chunks(AT_ONCE).zip((0..).step_by(AT_ONCE)) {
+            // SAFETY: promised by the caller; the call returns when the bytes have been read.
+            unsafe { self.queue.enqueue_write_buffer(buffer_mut(memory), CL_TRUE, at, part, &[]) }?;
+        }
         Ok(())
     }
 
     unsafe fn read(&self, memory: &Memory, bytes: &mut [u8]) -> Done {
-        // SAFETY: promised by the caller; the call returns when the bytes have been written.
-        unsafe { self.queue.enqueue_read_buffer(buffer(memory), CL_TRUE, 0, bytes, &[]) }?;
+        for (part, at) in bytes.chunks_mut(AT_ONCE).zip((0..).step_by(AT_ONCE)) {
+            // SAFETY: promised by the caller; the call returns when the bytes have been written.
+            unsafe { self.queue.enqueue_read_buffer(buffer(memory), CL_TRUE, at, part, &[]) }?;
+        }
         Ok(())
     }
 
@@ -136,6 +148,8 @@ impl Commands for InOrder {
                     Argument::Int(n) => kernel.set_arg(at, n),
                     Argument::Long(n) => kernel.set_arg(at, n),
                     Argument::Ints(n) => kernel.set_arg(at, n),
+                    Argument::Slots(n) => kernel.set_arg(at, n),
+                    Argument::Doubles(n) => kernel.set_arg(at, n),
                 }
             }?;
         }

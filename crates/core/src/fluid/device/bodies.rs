@@ -22,9 +22,11 @@ pub(super) struct BodyArrays {
     pub(super) spans: Array,
     pub(super) lengths: Array,
     pub(super) velocities: Array,
-    /// Images that may touch a tile, of all tiles, and the first of each.
-    pub(super) tile_start: Array,
-    pub(super) tile_images: Array,
+    /// Images that may touch a bin of tiles, of all bins, and the first of each; tiles of a bin, and bins.
+    pub(super) bin_start: Array,
+    pub(super) bin_images: Array,
+    pub(super) bin: [usize; 3],
+    pub(super) bins: [usize; 3],
     pub(super) received: Array,
     /// Bytes written for this sweep, and those that its rows take besides.
     pub(super) written: usize,
@@ -44,8 +46,10 @@ impl BodyArrays {
             spans: small()?,
             lengths: small()?,
             velocities: small()?,
-            tile_start: small()?,
-            tile_images: small()?,
+            bin_start: small()?,
+            bin_images: small()?,
+            bin: [1; 3],
+            bins: [1; 3],
             received: small()?,
             written: 0,
             of_rows: 0,
@@ -66,9 +70,11 @@ impl BodyArrays {
         queue.write(&mut self.faces, &images.faces)?;
         queue.write(&mut self.mapped, &images.mapped)?;
         queue.write(&mut self.cut, &images.cut)?;
-        let (start, listed) = images.by_tile(tiles, TILE);
-        queue.write(&mut self.tile_start, &start)?;
-        queue.write(&mut self.tile_images, &listed)?;
+        self.bin = images.bin(TILE);
+        self.bins = std::array::from_fn(|a| tiles[a].div_ceil(self.bin[a]));
+        let (start, listed) = images.by_bin(self.bins, std::array::from_fn(|a| TILE[a] * self.bin[a]));
+        queue.write(&mut self.bin_start, &start)?;
+        queue.write(&mut self.bin_images, &listed)?;
         self.written = images.bytes() + size_of_val(&start[..]) + size_of_val(&listed[..]);
         self.of_rows = 0;
         for (array, bytes) in [

@@ -3,7 +3,7 @@
 //
 // Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), BY_VOLUME
 // (0: homogenised cells; 1: partially saturated ones, with SC1, SC2 or SC3, their operator, and MOMENTUM, what it gives to a wholly solid
-// cell), and the numbers of the rules of links. Products and sums are never contracted; `fma` stands where
+// cell), the numbers of the rules of links, and WARPS where 32 consecutive items add up by instructions of NVIDIA's. Products and sums are never contracted; `fma` stands where
 // the processor's kernels have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`,
 // `volume_fraction.rs`, `coupling/homogenised.rs`.
 
@@ -17,6 +17,7 @@
 #endif
 
 #define Q 19
+// A row of a tile is a warp.
 #define TX 32
 #define TY 4
 #define TZ 2
@@ -37,10 +38,35 @@ typedef REAL Stored;
 #define UNSCALED(x) (x)
 #endif
 
+// Distances from the slot of a cell to those of its populations, and the parameters of a sweep: factors of the even and the odd part,
+// acceleration, t = tau - 1/2.
+typedef struct {
+    ulong of[Q];
+} Slots;
+typedef struct {
+    double of[6];
+} Parameters;
+
 // ---- fixed-point sums ----
 
 #define MAGIC 1536.0
 long to_fixed(double x) { return as_long(x + MAGIC) - as_long(MAGIC); }
+
+#ifdef WARPS
+// What all items of a warp have together; for less than 2^58 in size.
+int any(int x) {
+    int any;
+    asm volatile("{ .reg .pred p; setp.ne.s32 p, %1, 0; vote.sync.any.pred p, p, 0xffffffff; selp.s32 %0, 1, 0, p; }" : "=r"(any) : "r"(x));
+    return any;
+}
+
+long add_up_warp(long x) {
+    int low, high;
+    asm volatile("redux.sync.add.s32 %0, %1, 0xffffffff;" : "=r"(low) : "r"((int)(x & 0x7ffffff)));
+    asm volatile("redux.sync.add.s32 %0, %1, 0xffffffff;" : "=r"(high) : "r"((int)(x >> 27)));
+    return ((long)high << 27) + (long)(uint)low;
+}
+#endif
 
 // ---- collision ----
 
@@ -324,6 +350,13 @@ long row_of(__global const int* image, int y, int z) {
     return (long)image[FIRST_ROW] + (long)(nz - image[Z_LOW]) * (image[Y_HIGH] - image[Y_LOW] + 1) + (ny - image[Y_LOW]);
 }
 
+// The image may cover cells of the tile that begins at a cell.
+int reaches(__global const int* image, int x, int y, int z) {
+    int nx = x - image[X_BASE], ny = y - image[Y_BASE], nz = z - image[Z_BASE];
+    return nx <= image[X_HIGH] && nx + TX > image[X_LOW] && ny <= image[Y_HIGH] && ny + TY > image[Y_LOW] && nz <= image[Z_HIGH] &&
+           nz + TZ > image[Z_LOW];
+}
+
 #if !BY_VOLUME
 // Velocity of a body in the cell at an offset.
 void velocity_of(__global const double* n, int nx, int ny, int nz, double u[3]) {
@@ -419,15 +452,15 @@ REAL bounced(const Moments* c, const REAL v[3], int i) {
 void add_up(__local long* columns, int count, int item) {
     barrier(CLK_LOCAL_MEM_FENCE);
     for (int column = item / 16; column < count; column += TILE / 16) {
-        long sum = 0;
-        for (int k = 0; k < 16; k++) sum += columns[TILE * column + 16 * (item % 16) + k];
-        // Each reads and writes its own sixteen.
-        columns[TILE * column + 16 * (item % 16)] = sum;
+        __local long* own = columns + TILE * column + item % 16;
+        long sum = own[0];
+        for (int k = 16; k < TILE; k += 16) sum += own[k];
+        own[0] = sum;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
     if (item < count) {
         long sum = 0;
-        for (int k = 0; k < 16; k++) sum += columns[TILE * item + 16 * k];
+        for (int k = 0; k < 16; k++) sum += columns[TILE * item + k];
         columns[TILE * item] = sum;
     }
     barrier(CLK_LOCAL_MEM_FENCE);
@@ -437,16 +470,40 @@ void add_up(__local long* columns, int count, int item) {
 #define LIMIT 0.4
 #define NO_FAULT 0x7fffffffffffffffL
 
-// A work-group for each tile. `sizes`: cells, pitch, rows of a plane with ghosts; `box`: cells of the box, first cell of the block;
-// `relaxation`: factors of the even and the odd part, acceleration, t = tau - 1/2. `walls`, if any: 1 for cells in walls, 2 for those not
-// swept. `received`: of each body, force and moment of what it receives, and of what is taken off in the next step.
+// What a cell gives to a body: force and moment by the offset `n` along the row, now and of what is taken off in the next step.
+typedef struct {
+    long fx, fy, fz, xy, xz;
+} Given;
+
+Given given_of(const double p[3], int n) {
+    Given g = {to_fixed(p[0]), to_fixed(p[1]), to_fixed(p[2]), to_fixed((double)n * p[1]), to_fixed((double)n * p[2])};
+    return g;
+}
+
+// Force and moment of what the cells of a row, at offsets `ny` and `nz`, give.
+void words_of(const Given* g, long ny, long nz, long words[6]) {
+    words[0] = g->fx;
+    words[1] = g->fy;
+    words[2] = g->fz;
+    words[3] = ny * g->fz - nz * g->fy;
+    words[4] = nz * g->fx - g->xz;
+    words[5] = g->xy - ny * g->fx;
+}
+
+// A work-group for each tile. `sizes`: cells, pitch; `rows` of a plane with ghosts; `box`: cells of the box, first cell of the block;
+// `bins`: tiles in a bin and bins along x and y. `walls`, if any: 1 for cells in walls, 2 for those not swept. `bin_images`: images that may
+// touch each bin. `received`: of each body, force and moment of what it receives, and of what is taken off in the next step.
 __kernel WORK_GROUP(TILE) void sweep(
-    __global Stored* g, __global const ulong* slots, const int4 sizes, const int rows, const int4 box, const int4 corner,
-    __global const REAL* relaxation, const int has_walls, __global const uchar* walls, __global const uint* tile_start,
-    __global const int* tile_images, __global const int* images, __global const double* numbers, __global const float* faces,
+    __global Stored* g, const Slots slots, const int4 sizes, const int rows, const int4 box, const int4 corner, const int4 bin,
+    const int4 bins, const Parameters relaxation, const int has_walls, __global const uchar* walls, __global const uint* bin_start,
+    __global const int* bin_images, __global const int* images, __global const double* numbers, __global const float* faces,
     __global const float* cut, __global const int* spans, __global const float* lengths, __global const REAL* velocities,
     __global long* received, const int measure, __global long* flows) {
+#ifdef WARPS
+    SHARED long columns[7 * TILE];
+#else
     SHARED long columns[12 * TILE];
+#endif
     int item = (int)get_local_id(0);
     int tile = (int)get_group_id(0);
     int tiles_x = (sizes.x + TX - 1) / TX, tiles_y = (sizes.y + TY - 1) / TY;
@@ -457,15 +514,21 @@ __kernel WORK_GROUP(TILE) void sweep(
     uchar wall = 0;
     if (is_cell && has_walls) wall = walls[((size_t)z * sizes.y + y) * sizes.x + x];
     int is_swept = is_cell && wall != 2;
-    uint first_image = tile_start[tile], last_image = tile_start[tile + 1];
+    int in_bin = (tile / tiles_x / tiles_y / bin.z * bins.y + tile / tiles_x % tiles_y / bin.y) * bins.x + tile % tiles_x / bin.x;
+    uint first_image = bin_start[in_bin], last_image = bin_start[in_bin + 1];
     size_t cell = ((size_t)(z + 1) * rows + (y + 1)) * sizes.w + 16 + x;
+    REAL f[Q];
+    if (is_swept) {
+        for (int i = 0; i < Q; i++) f[i] = READ(g, cell + slots.of[i]);
+    }
 
     REAL fraction = K(0.0), total = K(0.0), sum[3], v[3];
-    int is_covered = 0;
+    // The last image that has a part of the cell, and whether others have, too.
+    int is_covered = 0, owner = -1, is_shared = 0;
     for (int a = 0; a < 3; a++) sum[a] = v[a] = K(0.0);
     if (is_swept && wall == 0) {
         for (uint k = first_image; k < last_image; k++) {
-            int of = tile_images[k];
+            int of = bin_images[k];
             __global const int* image = images + INTS * of;
             long row = row_of(image, y, z);
             if (row < 0) continue;
@@ -478,6 +541,8 @@ __kernel WORK_GROUP(TILE) void sweep(
             __global const REAL* velocity = velocities + 6 * row;
             REAL part = (REAL)phi, from_centre = K(n) - velocity[5];
             REAL u[3] = {velocity[0], velocity[1] + velocity[3] * from_centre, velocity[2] + velocity[4] * from_centre};
+            is_shared |= owner >= 0;
+            owner = of;
             total = total + part;
             int is_alone = total == part, rests = 1;
             // Bodies that overlap at rest have no film between them.
@@ -496,10 +561,8 @@ __kernel WORK_GROUP(TILE) void sweep(
     for (int a = 0; a < 3; a++) mean[a] = in[a] = out[a] = K(0.0);
     in[3] = out[3] = K(0.0);
     if (is_swept) {
-        REAL f[Q];
-        for (int i = 0; i < Q; i++) f[i] = READ(g, cell + slots[i]);
         Moments c = moments_of(f);
-        REAL k = relaxation[0], k_odd = relaxation[1], t = relaxation[5];
+        REAL k = K(relaxation.of[0]), k_odd = K(relaxation.of[1]), t = K(relaxation.of[5]);
         REAL target[3], b = K(0.0);
         Relaxation r;
         for (int a = 0; a < 3; a++) mean[a] = c.m[a];
@@ -517,7 +580,7 @@ __kernel WORK_GROUP(TILE) void sweep(
             REAL given = (b * c.rho) * K(MOMENTUM);
             REAL kept = (K(1.0) - b) * (c.rho * driven);
             for (int a = 0; a < 3; a++) {
-                REAL acceleration = relaxation[2 + a];
+                REAL acceleration = K(relaxation.of[2 + a]);
                 target[a] = fma(driven, acceleration, c.u[a]);
                 REAL force = given * (c.u[a] - v[a]);
                 REAL left = fma(kept, acceleration, c.m[a]) - force;
@@ -529,7 +592,7 @@ __kernel WORK_GROUP(TILE) void sweep(
 #else
             solid = fraction;
             for (int a = 0; a < 3; a++) {
-                REAL driven = c.u[a] + relaxation[2 + a];
+                REAL driven = c.u[a] + K(relaxation.of[2 + a]);
                 target[a] = fma(solid, v[a] - driven, driven);
                 in[a] = c.m[a];
                 out[a] = c.rho * target[a];
@@ -538,11 +601,11 @@ __kernel WORK_GROUP(TILE) void sweep(
 #endif
             r = relaxation_of(&c, target, k, k_odd, REFLECTS, b, v);
         } else {
-            for (int a = 0; a < 3; a++) target[a] = c.u[a] + relaxation[2 + a];
+            for (int a = 0; a < 3; a++) target[a] = c.u[a] + K(relaxation.of[2 + a]);
             r = relaxation_of(&c, target, k, k_odd, 0, b, v);
         }
         if (wall == 1) {
-            for (int i = 0; i < Q; i++) WRITE(g, cell + slots[i], K(0.0));
+            for (int i = 0; i < Q; i++) WRITE(g, cell + slots.of[i], K(0.0));
             for (int a = 0; a < 3; a++) mean[a] = K(0.0);
 #ifdef PULLS
         } else if (is_covered) {
@@ -558,7 +621,7 @@ __kernel WORK_GROUP(TILE) void sweep(
 #else
             REAL pulled = f[0] + bounced(&c, v, 0);
 #endif
-            WRITE(g, cell + slots[0], SCALED(fma(b, pulled - relaxed, relaxed)));
+            WRITE(g, cell + slots.of[0], SCALED(fma(b, pulled - relaxed, relaxed)));
             for (int i = 1; i < Q; i += 2) {
                 REAL there, back, pulled_there, pulled_back;
                 pair_of(&r, i, f[i], f[i + 1], &there, &back);
@@ -568,104 +631,140 @@ __kernel WORK_GROUP(TILE) void sweep(
                 pulled_there = f[i + 1] + bounced(&c, v, i);
                 pulled_back = f[i] + bounced(&c, v, i + 1);
 #endif
-                WRITE(g, cell + slots[i + 1], SCALED(fma(b, pulled_there - there, there)));
-                WRITE(g, cell + slots[i], SCALED(fma(b, pulled_back - back, back)));
+                WRITE(g, cell + slots.of[i + 1], SCALED(fma(b, pulled_there - there, there)));
+                WRITE(g, cell + slots.of[i], SCALED(fma(b, pulled_back - back, back)));
             }
 #endif
         } else {
             REAL at_rest = fma(r.rest, f[0], K(6.0) * r.base[0]);
             if (is_covered) out[3] = c.deviation - UNSCALED(at_rest);
-            WRITE(g, cell + slots[0], at_rest);
+            WRITE(g, cell + slots.of[0], at_rest);
             for (int i = 1; i < Q; i += 2) {
                 REAL there, back;
                 pair_of(&r, i, f[i], f[i + 1], &there, &back);
-                WRITE(g, cell + slots[i + 1], there);
-                WRITE(g, cell + slots[i], back);
+                WRITE(g, cell + slots.of[i + 1], there);
+                WRITE(g, cell + slots.of[i], back);
             }
         }
     }
 
-    // What each body gets of this tile; the loop is the same for all items.
+    // What each body gets of this tile. The loop is the same for all items, or for those of a row, which are a warp.
+#ifdef WARPS
+    if (!any(is_covered)) last_image = first_image;
+#endif
     for (uint k = first_image; k < last_image; k++) {
-        int of = tile_images[k];
+        int of = bin_images[k];
         __global const int* image = images + INTS * of;
-        for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
-        if (is_covered) {
-            long row = row_of(image, y, z);
-            int n = x - image[X_BASE];
-#if BY_VOLUME
-            float phi =
-                row < 0 ? 0.0f : fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
-            int is_its = phi > 0.0f;
-            double share = (double)phi / (double)total;
-#else
-            // Each body receives by its own velocity.
-            int is_its = row >= 0 && n >= spans[SPAN * row] && n <= spans[SPAN * row + 1];
-            double u[3];
-            velocity_of(numbers + NUMBERS * of, n, y - image[Y_BASE], z - image[Z_BASE], u);
+#ifndef WARPS
+        if (!reaches(image, x - item % TX, y - item / TX % TY, z - item / (TX * TY))) continue;
 #endif
-            if (is_its) {
-                long ny = y - image[Y_BASE], nz = z - image[Z_BASE];
-                for (int way = 0; way < 2; way++) {
-                    double p[3];
-                    for (int a = 0; a < 3; a++) {
-                        p[a] = (double)(way == 0 ? in[a] : out[a]);
+        long row = row_of(image, y, z);
+        int n = x - image[X_BASE];
 #if BY_VOLUME
-                        p[a] = share * p[a];
-#else
-                        p[a] = p[a] - u[a] * (double)(way == 0 ? in[3] : out[3]);
-#endif
-                    }
-                    long fx = to_fixed(p[0]), fy = to_fixed(p[1]), fz = to_fixed(p[2]);
-                    long xy = to_fixed((double)n * p[1]), xz = to_fixed((double)n * p[2]);
-                    __local long* mine = columns + TILE * 6 * way + item;
-                    mine[0] = fx;
-                    mine[TILE] = fy;
-                    mine[TILE * 2] = fz;
-                    mine[TILE * 3] = ny * fz - nz * fy;
-                    mine[TILE * 4] = nz * fx - xz;
-                    mine[TILE * 5] = xy - ny * fx;
-                }
-            }
+        int is_its = is_covered && owner == of;
+        double share = 1.0;
+        if (is_covered && is_shared && row >= 0) {
+            float phi = fraction_of(image, numbers + NUMBERS * of, faces, cut, spans + SPAN * row, lengths + 3 * row, n);
+            is_its = phi > 0.0f;
+            share = (double)phi / (double)total;
         }
+#else
+        // Each body receives by its own velocity.
+        int is_its = is_covered && row >= 0 && n >= spans[SPAN * row] && n <= spans[SPAN * row + 1];
+        double u[3];
+        if (is_its) velocity_of(numbers + NUMBERS * of, n, y - image[Y_BASE], z - image[Z_BASE], u);
+#endif
+#ifdef WARPS
+        if (!any(is_its)) continue;
+        long word = 0;
+#else
+        for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
+#endif
+        for (int way = 0; way < 2; way++) {
+            Given given = {0, 0, 0, 0, 0};
+            if (is_its) {
+                double p[3];
+                for (int a = 0; a < 3; a++) {
+                    p[a] = (double)(way == 0 ? in[a] : out[a]);
+#if BY_VOLUME
+                    p[a] = share * p[a];
+#else
+                    p[a] = p[a] - u[a] * (double)(way == 0 ? in[3] : out[3]);
+#endif
+                }
+                given = given_of(p, n);
+            }
+            long words[6];
+#ifdef WARPS
+            given.fx = add_up_warp(given.fx);
+            given.fy = add_up_warp(given.fy);
+            given.fz = add_up_warp(given.fz);
+            given.xy = add_up_warp(given.xy);
+            given.xz = add_up_warp(given.xz);
+            words_of(&given, y - image[Y_BASE], z - image[Z_BASE], words);
+            for (int j = 0; j < 6; j++) word = item % TX == 6 * way + j ? words[j] : word;
+#else
+            if (is_its) {
+                words_of(&given, y - image[Y_BASE], z - image[Z_BASE], words);
+                for (int j = 0; j < 6; j++) columns[TILE * (6 * way + j) + item] = words[j];
+            }
+#endif
+        }
+#ifdef WARPS
+        if (item % TX < 12) atom_add(received + 12 * (size_t)image[BODY] + item % TX, word);
+#else
         add_up(columns, 12, item);
         if (item < 12 && columns[TILE * item] != 0) atom_add(received + 12 * (size_t)image[BODY] + item, columns[TILE * item]);
         barrier(CLK_LOCAL_MEM_FENCE);
+#endif
     }
 
     if (measure) {
         double p[3] = {(double)mean[0], (double)mean[1], (double)mean[2]};
         double square = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
         int counts = is_swept && wall == 0;
+        if (!counts) square = 0.0;
         for (int a = 0; a < 3; a++) columns[TILE * a + item] = counts ? to_fixed(p[a]) : 0;
         columns[TILE * 3 + item] = counts ? to_fixed(square) : 0;
         columns[TILE * 4 + item] = counts ? to_fixed((double)solid) : 0;
-        columns[TILE * 5 + item] = as_long(counts ? square : 0.0);
+        columns[TILE * 5 + item] = as_long(square);
+        int is_fast = !(square < LIMIT * LIMIT) && !(sqrt(square) < LIMIT);
+        long key = ((long)(corner.z + z) * box.y + (corner.y + y)) * box.x + (corner.x + x);
+        columns[TILE * 6 + item] = is_fast ? key : NO_FAULT;
         add_up(columns, 5, item);
-        if (item == 0) {
+        // The largest of sixteen items each, then of all.
+        if (item < 16) {
             double most = 0.0, speed = 0.0;
             long fault = NO_FAULT;
-            for (int k = 0; k < TILE; k++) {
+            for (int k = item; k < TILE; k += 16) {
                 double pp = as_double(columns[TILE * 5 + k]);
                 if (pp > most) most = pp;
-                double s = sqrt(pp);
-                if (!(pp < LIMIT * LIMIT) && !(s < LIMIT)) {
-                    // Items are in the order of the box, but for rows of the tile that follow each other.
-                    long kx = corner.x + (tile % tiles_x) * TX + k % TX;
-                    long ky = corner.y + (tile / tiles_x % tiles_y) * TY + k / TX % TY;
-                    long kz = corner.z + tile / tiles_x / tiles_y * TZ + k / (TX * TY);
-                    long key = (kz * box.y + ky) * box.x + kx;
-                    if (key < fault) {
-                        fault = key;
-                        speed = s;
-                    }
+                if (columns[TILE * 6 + k] < fault) {
+                    fault = columns[TILE * 6 + k];
+                    speed = sqrt(pp);
+                }
+            }
+            columns[TILE * 5 + item] = as_long(most);
+            columns[TILE * 6 + item] = fault;
+            columns[TILE * 4 + 16 + item] = as_long(speed);
+        }
+        barrier(CLK_LOCAL_MEM_FENCE);
+        if (item == 0) {
+            double most = 0.0;
+            long fault = NO_FAULT, speed = 0;
+            for (int k = 0; k < 16; k++) {
+                double pp = as_double(columns[TILE * 5 + k]);
+                if (pp > most) most = pp;
+                if (columns[TILE * 6 + k] < fault) {
+                    fault = columns[TILE * 6 + k];
+                    speed = columns[TILE * 4 + 16 + k];
                 }
             }
             __global long* flow = flows + WORDS * (size_t)tile;
             for (int j = 0; j < 5; j++) flow[j] = columns[TILE * j];
             flow[5] = as_long(most);
             flow[6] = fault;
-            flow[7] = as_long(speed);
+            flow[7] = speed;
         }
     }
 }
