@@ -6,6 +6,7 @@
 #define __constant __constant__
 #define SHARED __shared__
 #define WORK_GROUP(items) __launch_bounds__(items)
+#define ASM asm
 #define CLK_LOCAL_MEM_FENCE 0
 #define barrier(fence) __syncthreads()
 #define as_long __double_as_longlong

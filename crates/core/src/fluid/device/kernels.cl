@@ -14,6 +14,7 @@
 // An array that the items of a work-group share, and the number of items of one.
 #define SHARED __local
 #define WORK_GROUP(items) __attribute__((reqd_work_group_size(items, 1, 1)))
+#define ASM __asm__
 #endif
 
 #define Q 19
@@ -54,16 +55,16 @@ long to_fixed(double x) { return as_long(x + MAGIC) - as_long(MAGIC); }
 
 #ifdef WARPS
 // What all items of a warp have together; for less than 2^58 in size.
-int any(int x) {
+int any_of_warp(int x) {
     int any;
-    asm volatile("{ .reg .pred p; setp.ne.s32 p, %1, 0; vote.sync.any.pred p, p, 0xffffffff; selp.s32 %0, 1, 0, p; }" : "=r"(any) : "r"(x));
+    ASM volatile("{ .reg .pred p; setp.ne.s32 p, %1, 0; vote.sync.any.pred p, p, 0xffffffff; selp.s32 %0, 1, 0, p; }" : "=r"(any) : "r"(x));
     return any;
 }
 
 long add_up_warp(long x) {
     int low, high;
-    asm volatile("redux.sync.add.s32 %0, %1, 0xffffffff;" : "=r"(low) : "r"((int)(x & 0x7ffffff)));
-    asm volatile("redux.sync.add.s32 %0, %1, 0xffffffff;" : "=r"(high) : "r"((int)(x >> 27)));
+    ASM volatile("redux.sync.add.s32 %0, %1, 0xffffffff;" : "=r"(low) : "r"((int)(x & 0x7ffffff)));
+    ASM volatile("redux.sync.add.s32 %0, %1, 0xffffffff;" : "=r"(high) : "r"((int)(x >> 27)));
     return ((long)high << 27) + (long)(uint)low;
 }
 #endif
@@ -650,7 +651,7 @@ __kernel WORK_GROUP(TILE) void sweep(
 
     // What each body gets of this tile. The loop is the same for all items, or for those of a row, which are a warp.
 #ifdef WARPS
-    if (!any(is_covered)) last_image = first_image;
+    if (!any_of_warp(is_covered)) last_image = first_image;
 #endif
     for (uint k = first_image; k < last_image; k++) {
         int of = bin_images[k];
@@ -675,7 +676,7 @@ __kernel WORK_GROUP(TILE) void sweep(
         if (is_its) velocity_of(numbers + NUMBERS * of, n, y - image[Y_BASE], z - image[Z_BASE], u);
 #endif
 #ifdef WARPS
-        if (!any(is_its)) continue;
+        if (!any_of_warp(is_its)) continue;
         long word = 0;
 #else
         for (int j = 0; j < 12; j++) columns[TILE * j + item] = 0;
