@@ -90,7 +90,7 @@ impl Program for Compiled {
     }
 }
 
-/// Most bytes of a transfer: drivers have failed at more than 2 GiB.
+/// Most bytes that are filled or transferred at once: a driver of NVIDIA (580.159) never ends with 2 GiB.
 const AT_ONCE: usize = 1 << 28;
 
 /// A queue.
@@ -117,8 +117,19 @@ impl Commands for InOrder {
     }
 
     unsafe fn clear(&self, memory: &mut Memory, bytes: usize) -> Done {
-        // SAFETY: promised by the caller.
-        unsafe { self.queue.enqueue_fill_buffer(buffer_mut(memory), &[0_u8], 0, bytes, &[]) }?;
+        for at in (0..bytes).step_by(AT_ONCE) {
+            let part = AT_ONCE.min(bytes - at);
+            let (words, buffer) = (part / 8 * 8, buffer_mut(memory));
+            // SAFETY: promised by the caller.
+            unsafe {
+                if words > 0 {
+                    self.queue.enqueue_fill_buffer(buffer, &[0_u8; 8], at, words, &[])?;
+                }
+                if words < part {
+                    self.queue.enqueue_fill_buffer(buffer, &[0_u8], at + words, part - words, &[])?;
+                }
+            }
+        }
         Ok(())
     }
 

@@ -516,7 +516,27 @@ __kernel WORK_GROUP(TILE) void sweep(
     if (is_cell && has_walls) wall = walls[((size_t)z * sizes.y + y) * sizes.x + x];
     int is_swept = is_cell && wall != 2;
     int in_bin = (tile / tiles_x / tiles_y / bin.z * bins.y + tile / tiles_x % tiles_y / bin.y) * bins.x + tile % tiles_x / bin.x;
-    uint first_image = bin_start[in_bin], last_image = bin_start[in_bin + 1];
+    // Images that reach the tile, in their order; all of the bin where these are more than items.
+    SHARED int listed[TILE];
+    __global const int* of_bin = bin_images + bin_start[in_bin];
+    int count = (int)(bin_start[in_bin + 1] - bin_start[in_bin]), is_listed = count <= TILE;
+    if (is_listed && count > 0) {
+        int reached = 0, before = 0;
+        if (item < count) {
+            reached = reaches(images + INTS * of_bin[item], x - item % TX, y - item / TX % TY, z - item / (TX * TY));
+            listed[item] = reached;
+        }
+        barrier(CLK_LOCAL_MEM_FENCE);
+        int all = 0;
+        for (int k = 0; k < count; k++) {
+            before += k < item ? listed[k] : 0;
+            all += listed[k];
+        }
+        barrier(CLK_LOCAL_MEM_FENCE);
+        if (reached) listed[before] = of_bin[item];
+        barrier(CLK_LOCAL_MEM_FENCE);
+        count = all;
+    }
     size_t cell = ((size_t)(z + 1) * rows + (y + 1)) * sizes.w + 16 + x;
     REAL f[Q];
     if (is_swept) {
@@ -528,8 +548,8 @@ __kernel WORK_GROUP(TILE) void sweep(
     int is_covered = 0, owner = -1, is_shared = 0;
     for (int a = 0; a < 3; a++) sum[a] = v[a] = K(0.0);
     if (is_swept && wall == 0) {
-        for (uint k = first_image; k < last_image; k++) {
-            int of = bin_images[k];
+        for (int k = 0; k < count; k++) {
+            int of = is_listed ? listed[k] : of_bin[k];
             __global const int* image = images + INTS * of;
             long row = row_of(image, y, z);
             if (row < 0) continue;
@@ -651,14 +671,11 @@ __kernel WORK_GROUP(TILE) void sweep(
 
     // What each body gets of this tile. The loop is the same for all items, or for those of a row, which are a warp.
 #ifdef WARPS
-    if (!any_of_warp(is_covered)) last_image = first_image;
+    if (!any_of_warp(is_covered)) count = 0;
 #endif
-    for (uint k = first_image; k < last_image; k++) {
-        int of = bin_images[k];
+    for (int k = 0; k < count; k++) {
+        int of = is_listed ? listed[k] : of_bin[k];
         __global const int* image = images + INTS * of;
-#ifndef WARPS
-        if (!reaches(image, x - item % TX, y - item / TX % TY, z - item / (TX * TY))) continue;
-#endif
         long row = row_of(image, y, z);
         int n = x - image[X_BASE];
 #if BY_VOLUME
