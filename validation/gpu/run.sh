@@ -29,20 +29,26 @@ else
     steps=300 edge=25
 fi
 
-# The hash of the state after some steps: case, options.
+# The hash of the state after some steps: case, precision, options.
 hash_of() {
-    name=$1
-    shift
-    "$turbid" run "cases/$name.toml" --quiet --overwrite --out "$work/$name" --set "run.end.steps=$steps" --set "run.average_from={ steps = 0 }" \
-        --set output.fields_every=never --set output.picture_every=never --set output.particles_every=never "$@" >&2
-    sed -n 's/.*"state_hash": "\(.*\)".*/\1/p' "$work/$name/summary.json"
+    name=$1 precision=$2
+    shift 2
+    folder=$(mktemp -d "$work/run.XXXXXX")
+    "$turbid" run "cases/$name.toml" --quiet --overwrite --out "$folder" --set "fluid.precision=$precision" \
+        --set "run.end.steps=$steps" --set "run.average_from={ steps = 0 }" --set output.fields_every=never \
+        --set output.picture_every=never --set output.particles_every=never "$@" >&2
+    sed -n 's/.*"state_hash": "\(.*\)".*/\1/p' "$folder/summary.json"
 }
 
-# Million cell updates per second of settling bodies: options.
+# Million cell updates per second, with bodies and of the fluid alone, in a row of the table: what, precision, options.
 speed_of() {
-    "$turbid" bench validation/hindered_settling/case.toml --device "$device" --steps 60 --json \
-        --set lattice.cells_per_diameter=18 --set particles.0.volume_fraction=0.3 \
-        --set "domain.size.diameters=[$edge,$edge,$edge]" "$@" | sed -n 's/^ *"mlups": \([0-9.]*\).*/\1/p' | head -1
+    what=$1 precision=$2
+    shift 2
+    "$turbid" bench validation/hindered_settling/case.toml --device "$device" --threads 1 --steps 40 --json \
+        --set lattice.cells_per_diameter=18 --set particles.0.volume_fraction=0.3 --set "fluid.precision=$precision" \
+        --set "domain.size.diameters=[$edge,$edge,$edge]" "$@" > "$work/bench.json"
+    of() { sed -n "s/^ *\"$1\": \([0-9]*\)[.,].*/\1/p" "$work/bench.json" | head -1; }
+    echo "| $what | $precision | $(of mlups) | $(of fluid_only_mlups) |"
 }
 
 {
@@ -56,28 +62,31 @@ speed_of() {
     echo "|---|---|---|---|---|"
     for name in $cases; do
         for precision in f32 f64; do
-            expected=$(hash_of "$name" --set "fluid.precision=$precision")
-            found=
-            for ranks in 1 2 4; do
-                hash=$(hash_of "$name" --set "fluid.precision=$precision" --device "$device" --threads "$ranks")
-                [ "$hash" = "$expected" ] && hash=equal
+            for on in cpu 1 2 4; do
+                options="--device $device --threads $on"
+                [ "$on" = cpu ] && options=
+                # shellcheck disable=SC2086
+                (hash_of "$name" "$precision" $options > "$work/$on") &
+            done
+            wait
+            expected=$(cat "$work/cpu") found=
+            for on in 1 2 4; do
+                hash=$(cat "$work/$on")
+                [ -n "$expected" ] && [ "$hash" = "$expected" ] && hash=equal
                 found="$found $hash"
             done
             echo "| $name | $precision | $steps | $expected |$found |"
         done
     done
-    echo
-    echo "| what | precision | million cell updates per second |"
-    echo "|---|---|---|"
     cells=$((edge * 18))
-    for precision in f32 f64; do
-        echo "| fluid alone, $cells x $cells x $cells cells | $precision | $(speed_of --fluid-only --set "fluid.precision=$precision") |"
-    done
-    for precision in f32 f64; do
-        echo "| spheres, volume fraction 0.3, 18 cells per diameter, the same box | $precision | $(speed_of --set "fluid.precision=$precision") |"
-    done
-    cube='particles.0.shape={ cube = { equivalent_diameter = 1.5e-3 } }'
-    echo "| cubes of the same volume | f32 | $(speed_of --set "$cube") |"
+    echo
+    echo "Million cell updates per second, one rank, $cells x $cells x $cells cells:"
+    echo
+    echo "| what | precision | with bodies | fluid alone |"
+    echo "|---|---|---|---|"
+    speed_of "spheres, volume fraction 0.3, 18 cells per diameter" f32
+    speed_of "the same" f64
+    speed_of "cubes of the same volume" f32 --set 'particles.0.shape={ cube = { equivalent_diameter = 1.5e-3 } }'
 } > "$out/result.md.part"
 mv "$out/result.md.part" "$out/result.md"
 cat "$out/result.md"
