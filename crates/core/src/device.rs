@@ -13,7 +13,6 @@ mod drivers;
 mod host_tests;
 
 use crate::error::{Error, Result};
-use crate::lattice::Q;
 use crate::memory;
 use std::any::Any;
 use std::cell::RefCell;
@@ -278,7 +277,7 @@ pub(crate) enum Argument<'a> {
     Int(i32),
     Long(u64),
     Ints([i32; 4]),
-    Slots([u64; Q]),
+    Longs([u64; 19]),
     Doubles([f64; 6]),
 }
 

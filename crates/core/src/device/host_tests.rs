@@ -152,7 +152,7 @@ impl Commands for AtOnce {
                 Argument::Int(n) => std::ptr::from_ref(n).cast(),
                 Argument::Long(n) => std::ptr::from_ref(n).cast(),
                 Argument::Ints(n) => std::ptr::from_ref(n).cast(),
-                Argument::Slots(n) => std::ptr::from_ref(n).cast(),
+                Argument::Longs(n) => std::ptr::from_ref(n).cast(),
                 Argument::Doubles(n) => std::ptr::from_ref(n).cast(),
             })
             .collect();

@@ -203,7 +203,7 @@ impl<S: Population> DeviceSweep<S> {
         }
         self.queue.read(&self.bodies.received, received)?;
         self.transferred += size_of_val(received) as u64;
-        // While the host goes on.
+        // The host need not wait for these.
         self.copy(&self.exchange.swept[phase.next() as usize], populations)
     }
 
@@ -224,7 +224,7 @@ impl<S: Population> DeviceSweep<S> {
         let [bin, bins] = [bodies.bin, bodies.bins].map(|of| of.map(int));
         let arguments = [
             Argument::Array(populations),
-            Argument::Slots(self.slots[phase as usize]),
+            Argument::Longs(self.slots[phase as usize]),
             Argument::Ints([nx, ny, nz, self.pitch as i32]),
             Argument::Int(ny + 2),
             Argument::Ints([cx, cy, cz, 0]),

@@ -165,7 +165,7 @@ impl Commands for InOrder {
                 Argument::Int(n) => launch.arg(n),
                 Argument::Long(n) => launch.arg(n),
                 Argument::Ints(n) => launch.arg(n),
-                Argument::Slots(n) => launch.arg(n),
+                Argument::Longs(n) => launch.arg(n),
                 Argument::Doubles(n) => launch.arg(n),
             };
         }
@@ -208,7 +208,9 @@ mod tests {
         };
         let plain = format!("#define fma(a, b, c) ((a) * (b) + (c))\n{KERNELS}");
         for options in [all::<f32>(), all::<f64>(), all::<F16>()].concat() {
-            assert_eq!(fused(&plain, &options), 0, "{options}");
+            for options in [format!("{options} -DWARPS"), options] {
+                assert_eq!(fused(&plain, &options), 0, "{options}");
+            }
         }
         // The count finds those that they have.
         assert!(fused(KERNELS, &all::<f32>()[0]) > 0);

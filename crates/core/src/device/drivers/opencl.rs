@@ -159,7 +159,7 @@ impl Commands for InOrder {
                     Argument::Int(n) => kernel.set_arg(at, n),
                     Argument::Long(n) => kernel.set_arg(at, n),
                     Argument::Ints(n) => kernel.set_arg(at, n),
-                    Argument::Slots(n) => kernel.set_arg(at, n),
+                    Argument::Longs(n) => kernel.set_arg(at, n),
                     Argument::Doubles(n) => kernel.set_arg(at, n),
                 }
             }?;
@@ -175,5 +175,34 @@ impl Commands for InOrder {
 
     fn finish(&self) -> Done {
         Ok(self.queue.finish()?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::AT_ONCE;
+    use crate::device::{Device, devices};
+
+    #[test]
+    fn an_array_of_more_than_is_moved_at_once_is_zeroed_written_and_read_as_a_whole() {
+        let Some(number) =
+            devices().iter().position(|device| device.driver.contains("OpenCL") && device.refused.is_none())
+        else {
+            assert!(std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no OpenCL device");
+            return;
+        };
+        let device = Device::open(number).unwrap();
+        let queue = device.queue(&device.compile(include_str!("../measure.cl"), "").unwrap()).unwrap();
+        let mut array = queue.zeroed(AT_ONCE + 13, "a test").unwrap();
+        let mut bytes = vec![1_u8; AT_ONCE + 13];
+        queue.read(&array, &mut bytes).unwrap();
+        assert!(bytes.iter().all(|byte| *byte == 0));
+        for (at, byte) in bytes.iter_mut().enumerate() {
+            *byte = (at % 251) as u8;
+        }
+        queue.write(&mut array, &bytes).unwrap();
+        let mut found = vec![0_u8; bytes.len()];
+        queue.read(&array, &mut found).unwrap();
+        assert!(found == bytes);
     }
 }
