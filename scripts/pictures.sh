@@ -6,8 +6,8 @@
 #
 # A picture is out of date if it is not the one that was drawn, or if since then one of these has changed: its case, a state hash in
 # tests/golden, as results of the program have, or a picture of a tutorial, as its way of drawing has. docs/pictures.sums has their
-# checksums. TURBID names a program in place of one that is built here. docs/report.png is a picture by Chromium; docs/live.png and
-# docs/paraview.png are not drawn here.
+# checksums. TURBID names a program in place of one that is built here. docs/report.png and docs/live.png are pictures by
+# Chromium; docs/paraview.png is not drawn here.
 set -eu
 cd "$(dirname "$0")/.."
 export LC_ALL=C
@@ -23,6 +23,7 @@ line() {
 lines() {
     line settling_velocity hindered_settling
     line report hindered_settling
+    line live hindered_settling
     line view_spheres hindered_settling
     line view_cubes cubes_settling
     line view_dry_box dry_box
@@ -59,16 +60,26 @@ view view_spheres hindered_settling stokes_times=12 '{ size = [960, 720] }' --se
 view view_cubes cubes_settling stokes_times=12 '{ size = [900, 720], slice = { quantity = "vorticity" } }'
 view view_dry_box dry_box time=0.15 '{ size = [900, 720], force_chains = true, force_range = 0.01 }'
 
-"$TURBID" run cases/hindered_settling.toml --out "$out/hindered_settling"
+# A picture of a page by Chromium: name, size, address.
+page() {
+    if chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome); then
+        [ "$(id -u)" = 0 ] && sandbox=--no-sandbox || sandbox=
+        "$chromium" --headless $sandbox --hide-scrollbars --window-size="$2" --virtual-time-budget=6000 \
+            --screenshot="docs/$1.png" "$3" 2>/dev/null
+    else
+        echo "docs/$1.png stays as it is: there is no Chromium" >&2
+    fi
+}
+
+"$TURBID" run cases/hindered_settling.toml --out "$out/hindered_settling" --serve 2>"$out/address" &
+until [ -e "$out/hindered_settling/pictures/view_0000004860.png" ]; do
+    kill -0 $! && sleep 1
+done
+page live 1280,860 "$(grep -o 'http://[^ ]*' "$out/address" | head -n 1)"
+wait $!
 cp "$out/hindered_settling/settling_velocity.png" docs/
 "$TURBID" report "$out/hindered_settling"
-if chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome); then
-    [ "$(id -u)" = 0 ] && sandbox=--no-sandbox || sandbox=
-    "$chromium" --headless $sandbox --hide-scrollbars --window-size=900,1140 --screenshot=docs/report.png \
-        "file://$PWD/$out/hindered_settling/report.html" 2>/dev/null
-else
-    echo "docs/report.png stays as it is: there is no Chromium" >&2
-fi
+page report 900,1140 "file://$PWD/$out/hindered_settling/report.html"
 
 UPDATE=1 cargo test --workspace --all-features --test program tutorials
 lines >"$sums"
