@@ -42,8 +42,8 @@ pub use polydata::PolyData;
 pub use pvd::Collection;
 pub use series::{SeriesColumn, SeriesRow, SeriesTable};
 pub use statistics::{
-    Estimate, LEAST_DISTANCE, Settled, estimate_mean, estimate_ratio, estimate_settling, settled,
-    settled_suspension,
+    Estimate, LEAST_DISTANCE, Settled, estimate_mean, estimate_ratio, estimate_settling, estimate_sheared,
+    settled, settled_suspension,
 };
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;

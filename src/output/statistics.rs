@@ -20,7 +20,7 @@
 mod suspension;
 mod transient;
 
-pub use suspension::{LEAST_DISTANCE, estimate_settling, settled_suspension};
+pub use suspension::{LEAST_DISTANCE, estimate_settling, estimate_sheared, settled_suspension};
 pub use transient::{Settled, settled};
 
 use serde::{Deserialize, Serialize};

@@ -102,7 +102,7 @@ pub struct Summary {
     /// Mean shear stress on two plates that pass each other over `rho nu` times the shear rate, over the averages (-). None with other
     /// walls.
     pub relative_viscosity: Option<f64>,
-    /// Standard error of `relative_viscosity` (-).
+    /// Standard error of `relative_viscosity` (-); none below 3 units of strain.
     pub relative_viscosity_standard_error: Option<f64>,
     /// Shear rate between the plates (1/s).
     pub shear_rate: Option<f64>,

@@ -12,7 +12,7 @@ use crate::output::ReferenceScales;
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
     Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, RowsMark, SeriesRow, SeriesWriter, Summary,
-    directory, estimate_mean, estimate_settling, particle_series, series, settled_suspension,
+    directory, estimate_settling, estimate_sheared, particle_series, series, settled_suspension,
 };
 use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
@@ -99,13 +99,25 @@ impl<'a> Series<'a> {
     /// Distance (diameters) by which a suspension has settled relative to the mixture from a sample on to the end; infinite for one
     /// particle, whose arrangement does not change.
     fn sunk(&self, first: usize) -> f64 {
-        let free = |particle: &&Particle| !self.setup.motions[particle.template as usize].holds_centre();
-        if self.setup.particles.iter().filter(free).nth(1).is_none() {
+        if !self.is_suspension() {
             return f64::INFINITY;
         }
         let Samples { t_star, settling, .. } = &self.samples;
         let rows = t_star.windows(2).zip(settling.windows(2)).skip(first);
         rows.map(|(t, u)| 0.5 * (u[0] + u[1]) * (t[1] - t[0])).sum::<f64>().abs()
+    }
+
+    /// Strain of a suspension between plates from a sample on to the end; infinite as in [`sunk`](Self::sunk).
+    fn sheared(&self, first: usize) -> f64 {
+        let (steps, Some(plates)) = (&self.samples.steps, &self.plates) else { return f64::INFINITY };
+        let count = steps.get(first).zip(steps.last()).map_or(0, |(from, to)| to - from);
+        if self.is_suspension() { plates.strain(count as f64 * self.setup.time_step) } else { f64::INFINITY }
+    }
+
+    /// More than one particle moves freely.
+    fn is_suspension(&self) -> bool {
+        let free = |particle: &&Particle| !self.setup.motions[particle.template as usize].holds_centre();
+        self.setup.particles.iter().filter(free).nth(1).is_some()
     }
 }
 
@@ -231,7 +243,7 @@ impl Writer for Series<'_> {
         let averaged_over = mean.map(|_| [t_star[first], t_star[t_star.len() - 1]]);
         #[cfg(feature = "pictures")]
         self.draw(averaged_over.zip(mean), settled, &summary.scales)?;
-        let viscosity = estimate_mean(samples.viscosity.get(first..).unwrap_or(&[]));
+        let viscosity = estimate_sheared(samples.viscosity.get(first..).unwrap_or(&[]), self.sheared(first));
         let error = |of: Option<Estimate>| of.and_then(|estimate| estimate.standard_error);
         let over_schiller_naumann = summary.scales.stokes_velocity / summary.scales.schiller_naumann_velocity;
         summary.settling_velocity_over_stokes = mean.map(|e| e.mean);

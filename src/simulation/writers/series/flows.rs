@@ -62,6 +62,11 @@ impl Plates {
         Some(0.5 * (stress(0)? - stress(1)?).dot(&self.along) / self.plain)
     }
 
+    /// Strain in some time (s).
+    pub(super) fn strain(&self, time: f64) -> f64 {
+        self.rate * time
+    }
+
     /// Adds rate and Reynolds number of the shear at the end of a run.
     pub(super) fn finish(&self, setup: &Setup, summary: &mut Summary) {
         summary.shear_rate = Some(self.rate);
