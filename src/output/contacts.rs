@@ -83,6 +83,7 @@ mod tests {
         let contact = |first, second, point, normal: Vec3| ContactState {
             first,
             second,
+            parts: [0; 2],
             point,
             normal: normal.into(),
             force: (-2.0 * normal + 0.25 * Vec3::y()).into(),

@@ -311,6 +311,7 @@ fn contacts(particles: &[Particle]) -> Vec<ContactState> {
                 contacts.push(ContactState {
                     first: a.id,
                     second: b.id,
+                    parts: [0; 2],
                     point: TANK.wrap(a.position() + 0.5 * arm).into(),
                     normal: normal.into(),
                     force: (-1e-3 * normal).into(),
@@ -324,6 +325,7 @@ fn contacts(particles: &[Particle]) -> Vec<ContactState> {
             contacts.push(ContactState {
                 first: a.id,
                 second: ContactState::of_wall(2),
+                parts: [0; 2],
                 point: foot,
                 normal: [0.0, 0.0, -1.0],
                 force: [0.0, 0.0, 2e-3],

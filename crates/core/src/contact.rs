@@ -11,7 +11,8 @@
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
 //! centre ([`law`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
-//! measured, and [`neighbours`] keeps them while bodies move little. No result here depends on earlier ones; the engine stores the damping of each contact.
+//! measured, and [`neighbours`] keeps them while bodies move little. The engine keeps what a
+//! law remembers of each contact; no other result depends on earlier ones.
 
 mod clip;
 mod impact;

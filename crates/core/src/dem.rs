@@ -17,8 +17,9 @@ use crate::particle::{Particle, ParticleStore};
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
-pub use history::Record;
+pub use history::Records;
 pub use native::{Native, NativeParams};
+use std::cmp::Ordering;
 use std::ops::AddAssign;
 
 /// Hydrodynamic load on one particle.
@@ -48,6 +49,31 @@ pub struct ContactSummary {
     pub begun: u64,
 }
 
+/// Two bodies in contact, by id and part. Ascending by the first body and its part, then by the second one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct ContactKey {
+    /// Lower id.
+    pub first: u64,
+    /// Higher id, or what stands for a wall, see [`ContactState::of_wall`].
+    pub second: u64,
+    /// Index of the part of each body that touches.
+    pub parts: [u32; 2],
+}
+
+impl Ord for ContactKey {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let order = |key: &Self| (key.first, key.parts[0], key.second, key.parts[1]);
+        order(self).cmp(&order(other))
+    }
+}
+
+impl PartialOrd for ContactKey {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 /// One contact that exerted a force at the last sub-step.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -56,6 +82,8 @@ pub struct ContactState {
     pub first: u64,
     /// Id of the second particle, or [`of_wall`](Self::of_wall) of the index of a wall.
     pub second: u64,
+    /// Index of the part of each body that touches.
+    pub parts: [u32; 2],
     /// Point of application (m), wrapped into the domain.
     pub point: [f64; 3],
     /// Unit normal, from the first body to the second.
@@ -69,6 +97,11 @@ pub struct ContactState {
 }
 
 impl ContactState {
+    /// The bodies and parts that touch.
+    pub fn key(&self) -> ContactKey {
+        ContactKey { first: self.first, second: self.second, parts: self.parts }
+    }
+
     /// Stand-in for the id of a particle of the wall with this index; above all ids.
     pub fn of_wall(index: usize) -> u64 {
         u64::MAX - index as u64
@@ -152,7 +185,7 @@ pub trait DemEngine: Send {
         true
     }
 
-    /// The contacts that this rank evaluated at the last sub-step, ascending by the ids of the pair. Asked for only
+    /// The contacts that this rank evaluated at the last sub-step, ascending by [key](ContactState::key). Asked for only
     /// when they are written, so that an engine may gather them on request.
     fn contact_states(&self) -> Vec<ContactState>;
 

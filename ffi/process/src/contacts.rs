@@ -127,6 +127,7 @@ impl External {
         Some(ContactState {
             first: contact.first,
             second: contact.second,
+            parts: [0; 2],
             point: domain.wrap(point).into(),
             normal: overlap.normal.into(),
             force: contact.force,

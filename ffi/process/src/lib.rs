@@ -396,7 +396,7 @@ impl DemEngine for External {
         });
         let states = contacts.iter().filter_map(|contact| self.contact_state(root, contact));
         let mut states: Vec<ContactState> = states.collect();
-        states.sort_by_key(|state| (state.first, state.second));
+        states.sort_by_key(ContactState::key);
         states
     }
 
@@ -432,7 +432,7 @@ impl DemEngine for External {
     /// A set-up that the engine refuses leaves one that has failed.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
         let current = (&self.near, &self.population, self.params.walls.len());
-        let saved = Saved::load(self.params.name, parts, current)?;
+        let saved = Saved::load(self.params.name, parts, current, 0)?;
         // Particles of an engine outside neither come nor go.
         let [has, of_case] = [saved.population.count, self.population.population.count];
         if has != of_case {

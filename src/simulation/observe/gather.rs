@@ -73,7 +73,7 @@ pub(in crate::simulation) fn particles(
 /// The contacts of all ranks, in ascending order of the ids, on rank 0; none elsewhere. Collective.
 pub(super) fn contacts(simulation: &Simulation, touches: &[ContactState]) -> Vec<ContactState> {
     let mut all = gathered(simulation, touches.to_vec());
-    all.sort_by_key(|contact| (contact.first, contact.second));
+    all.sort_by_key(ContactState::key);
     all
 }
 

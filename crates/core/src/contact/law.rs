@@ -23,6 +23,7 @@ mod tests;
 
 use super::{ContactModel, DampingLaw, ElasticLaw, Material, Overlap};
 use crate::math::Vec3;
+use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
 
 /// Factor that makes small overlaps of spheres and planes follow Hertz (-), `4 / (3 sqrt(pi))`.
@@ -34,7 +35,7 @@ const HERTZ_FACTOR: f64 = 2.0 / 3.0 * FRAC_2_SQRT_PI;
 const ENERGY_FACTOR: f64 = 2.0 / 3.0 * 0.239_090_686_568_373_64;
 
 /// Damping of a contact whose bodies have not approached yet.
-pub const UNSET: f64 = -1.0;
+const UNSET: f64 = -1.0;
 
 /// Slowest impact that is distinguished from rest (m/s): keeps the damping finite.
 const SLOWEST: f64 = 1e-290;
@@ -88,7 +89,31 @@ impl ContactModel {
     }
 }
 
+/// Memory of [`DampingLaw::HuntCrossley`].
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+struct ImpactMemory {
+    /// Damping constant (s/m); negative until the bodies approach, see [`PairLaw::latch`].
+    damping: f64,
+}
+
+impl ContactModel {
+    /// Numbers that the laws remember of each contact from sub-step to sub-step: [`PairLaw::begin`] sets them, [`PairLaw::act`] reads and
+    /// changes them, and nothing else knows what they are.
+    pub fn memory(&self) -> usize {
+        self.damping.memory()
+    }
+}
+
 impl DampingLaw {
+    /// Numbers that the law remembers of a contact.
+    fn memory(self) -> usize {
+        match self {
+            Self::HuntCrossley => size_of::<ImpactMemory>() / size_of::<f64>(),
+            Self::Tsuji => 0,
+        }
+    }
+
     /// True if the law takes velocities of half a step before, as the velocity Verlet scheme of LIGGGHTS has them.
     pub fn lags(self) -> bool {
         match self {
@@ -133,16 +158,20 @@ impl PairLaw {
         }
     }
 
+    /// Sets the memory of a contact that has just begun, which is zero.
+    pub fn begin(&self, memory: &mut [f64]) {
+        match self.damping {
+            DampingLaw::HuntCrossley => memory_of::<ImpactMemory>(memory).damping = UNSET,
+            DampingLaw::Tsuji => {}
+        }
+    }
+
     /// The damping constant `c = (c u0) / u0` (s/m) of a contact, from its history so far.
     ///
     /// Stored at the first evaluation at which the bodies approach, `approach = u0 > 0` (m/s); until then it stays
     /// [`UNSET`], which damps nothing.
-    pub fn latch(&self, damping: f64, approach: f64) -> f64 {
-        if self.damping == DampingLaw::HuntCrossley && damping < 0.0 && approach > 0.0 {
-            self.damping_number / approach.max(SLOWEST)
-        } else {
-            damping
-        }
+    fn latch(&self, damping: f64, approach: f64) -> f64 {
+        if damping < 0.0 && approach > 0.0 { self.damping_number / approach.max(SLOWEST) } else { damping }
     }
 
     /// The pressure `E'(V)` of [`ElasticLaw::OverlapEnergy`] (Pa). The fourth root is two square roots, alike on every
@@ -241,16 +270,25 @@ impl PairLaw {
     /// Force and torques of a contact.
     ///
     /// `offset` (m) is the centre of the second body relative to the first. `velocity` (m/s) is that of the first body
-    /// relative to the second, both taken at `overlap.point`. Friction follows the magnitude of the normal force.
+    /// relative to the second, both taken at `overlap.point`. Friction follows the magnitude of the normal force. `memory` has the
+    /// [numbers](ContactModel::memory) that the laws remember of this contact, from the sub-step before.
     pub fn act(
         &self,
         overlap: &Overlap,
         offset: Vec3,
         pair: &PairProperties,
         velocity: Vec3,
-        damping: f64,
+        memory: &mut [f64],
     ) -> Action {
         let approach = velocity.dot(&overlap.normal);
+        let damping = match self.damping {
+            DampingLaw::HuntCrossley => {
+                let memory = memory_of::<ImpactMemory>(memory);
+                memory.damping = self.latch(memory.damping, approach);
+                memory.damping
+            }
+            DampingLaw::Tsuji => UNSET,
+        };
         let [normal, factor, dashpot] = self.normal(overlap, pair, damping, approach);
         let sliding = velocity - overlap.normal * approach;
         let speed = sliding.norm();
@@ -275,6 +313,11 @@ impl PairLaw {
         };
         Action { force, torques }
     }
+}
+
+/// The memory of a law at the beginning of these numbers.
+fn memory_of<T: Pod>(memory: &mut [f64]) -> &mut T {
+    bytemuck::from_bytes_mut(&mut bytemuck::cast_slice_mut(memory)[..size_of::<T>()])
 }
 
 /// Sizes and masses of the two bodies of a contact, and the time for which its force stays the same.

@@ -1,105 +1,202 @@
 //! Contact histories, stored by the rank that evaluates the contact.
+//!
+//! What a law remembers of a contact is plain data of its own: numbers that travel, are saved and end with the contact, whatever they
+//! mean. [`ContactModel::memory`](crate::contact::ContactModel::memory) is how many there are.
 
+use super::ContactKey;
 use crate::comm::Comm;
-use bytemuck::{Pod, Zeroable};
 
-/// Memory of one contact. Plain data, so that it travels and is hashed as bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct Record {
-    /// Lower id.
-    pub first: u64,
-    /// Higher id, or what stands for a wall, see [`ContactState::of_wall`](super::ContactState::of_wall).
-    pub second: u64,
-    /// Damping constant (s/m); negative until the bodies approach, see [`crate::contact::PairLaw::latch`].
-    pub damping: f64,
-    /// Sub-steps since the contact began.
-    pub age: u64,
+/// Contacts with what their law remembers of each, as plain data.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Records {
+    /// Numbers that the law remembers of a contact.
+    memory: usize,
+    /// Of each contact its key, and these numbers.
+    rows: Vec<u64>,
 }
 
-impl Record {
-    /// The ids of the pair.
-    pub(super) fn key(&self) -> (u64, u64) {
-        (self.first, self.second)
+/// Words of a [`ContactKey`].
+const KEY: usize = size_of::<ContactKey>() / 8;
+
+impl Records {
+    /// None yet, of a law that remembers `memory` numbers of a contact.
+    pub fn new(memory: usize) -> Self {
+        Self { memory, rows: Vec::new() }
+    }
+
+    /// Those that [`bytes`](Self::bytes) wrote.
+    pub fn from_bytes(memory: usize, bytes: &[u8]) -> Self {
+        Self { memory, rows: bytemuck::pod_collect_to_vec(bytes) }
+    }
+
+    /// All contacts as bytes.
+    pub fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.rows)
+    }
+
+    /// Numbers that the law remembers of a contact.
+    pub fn memory(&self) -> usize {
+        self.memory
+    }
+
+    /// Number of contacts.
+    pub fn len(&self) -> usize {
+        self.rows.len() / self.stride()
+    }
+
+    /// True if there are no contacts.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Each contact with what its law remembers of it.
+    pub fn iter(&self) -> impl Iterator<Item = (ContactKey, &[f64])> {
+        self.rows.chunks_exact(self.stride()).map(|row| {
+            let (key, memory) = row.split_at(KEY);
+            (bytemuck::cast_slice(key)[0], bytemuck::cast_slice(memory))
+        })
+    }
+
+    /// Adds a contact.
+    pub fn push(&mut self, key: ContactKey, memory: &[f64]) {
+        assert_eq!(memory.len(), self.memory);
+        self.rows.extend_from_slice(bytemuck::cast_slice(&[key]));
+        self.rows.extend_from_slice(bytemuck::cast_slice(memory));
+    }
+
+    /// Adds those of others, of the same law.
+    pub fn extend(&mut self, others: &Self) {
+        debug_assert!(self.memory == others.memory || others.is_empty());
+        self.rows.extend_from_slice(&others.rows);
+    }
+
+    /// Those for which this is true.
+    #[must_use]
+    pub fn filtered(&self, mut keeps: impl FnMut(&ContactKey) -> bool) -> Self {
+        let mut kept = Self::new(self.memory);
+        self.iter().filter(|(key, _)| keeps(key)).for_each(|(key, memory)| kept.push(key, memory));
+        kept
+    }
+
+    fn stride(&self) -> usize {
+        KEY + self.memory
+    }
+
+    fn row(&self, index: usize) -> Option<&[u64]> {
+        self.rows.get(index * self.stride()..(index + 1) * self.stride())
+    }
+
+    fn key(&self, index: usize) -> Option<ContactKey> {
+        self.row(index).map(|row| bytemuck::cast_slice(&row[..KEY])[0])
     }
 }
 
-/// The records of one rank. In each sub-step those that are [kept](Self::keep) live on, the others are dropped by
+/// The records of one rank. In each sub-step those that are [remembered](Self::remember) live on, the others are dropped by
 /// [`advance`](Self::advance).
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    /// Ascending by `(first, second)`.
-    current: Vec<Record>,
-    next: Vec<Record>,
-    /// Index in `current` from which [`get`](Self::get) searches.
+    /// Ascending by key.
+    current: Records,
+    next: Records,
+    /// Index in `current` from which [`find`](Self::find) searches.
     cursor: usize,
+    /// Order of `next`, a buffer.
+    order: Vec<u32>,
 }
 
 impl History {
     /// With these records, in any order.
-    pub fn new(mut records: Vec<Record>) -> Self {
-        records.sort_unstable_by_key(Record::key);
-        Self { current: records, ..Self::default() }
+    pub fn new(records: Records) -> Self {
+        let mut history = Self { current: Records::new(records.memory), next: records, ..Self::default() };
+        history.advance();
+        history
     }
 
-    /// The records, ascending by `(first, second)`.
-    pub fn records(&self) -> &[Record] {
+    /// The records, ascending by key.
+    pub fn records(&self) -> &Records {
         &self.current
     }
 
-    /// The record of a pair, if the contact existed. Fast for pairs in ascending order.
-    pub fn get(&mut self, first: u64, second: u64) -> Option<Record> {
-        let key = (first, second);
-        if self.cursor > 0 && self.current[self.cursor - 1].key() >= key {
+    /// Index of the record of a contact, if it existed. Fast for contacts in ascending order.
+    fn find(&mut self, key: &ContactKey) -> Option<usize> {
+        if self.cursor > 0 && self.current.key(self.cursor - 1).is_some_and(|before| before >= *key) {
             self.cursor = 0;
         }
-        while self.current.get(self.cursor).is_some_and(|r| r.key() < key) {
+        while self.current.key(self.cursor).is_some_and(|at| at < *key) {
             self.cursor += 1;
         }
-        self.current.get(self.cursor).filter(|r| r.key() == key).copied()
+        self.current.key(self.cursor).filter(|at| at == key).map(|_| self.cursor)
     }
 
-    /// Stores a contact for the next sub-step.
-    pub fn keep(&mut self, record: Record) {
-        self.next.push(record);
+    /// What the law remembers of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what
+    /// `begin` made of zeros.
+    pub fn remember(&mut self, key: ContactKey, begin: impl FnOnce(&mut [f64])) -> (&mut [f64], bool) {
+        let found = self.find(&key);
+        let Self { current, next, .. } = self;
+        let start = next.rows.len() + KEY;
+        if let Some(row) = found.and_then(|index| current.row(index)) {
+            next.rows.extend_from_slice(row);
+        } else {
+            next.rows.extend_from_slice(bytemuck::cast_slice(&[key]));
+            next.rows.resize(start + next.memory, 0);
+        }
+        let memory = bytemuck::cast_slice_mut(&mut next.rows[start..]);
+        if found.is_none() {
+            begin(memory);
+        }
+        (memory, found.is_none())
     }
 
     /// Ends a sub-step.
     pub fn advance(&mut self) {
+        let Self { current, next, cursor, order } = self;
+        *cursor = 0;
+        order.clear();
+        order.extend(0..next.len() as u32);
         // Two ascending runs, those of pairs and of walls: a stable sort merges them.
-        self.next.sort_by_key(Record::key);
-        std::mem::swap(&mut self.current, &mut self.next);
-        self.next.clear();
-        self.cursor = 0;
+        order.sort_by_key(|&index| next.key(index as usize));
+        current.rows.clear();
+        for &index in &*order {
+            current.rows.extend_from_slice(next.row(index as usize).expect("an index below their number"));
+        }
+        next.rows.clear();
     }
 
     /// Sends the records of contacts whose evaluating rank has changed to that rank.
     ///
-    /// `evaluating_rank` gives the evaluating rank of a record; one without a rank is dropped. Collective.
+    /// `evaluating_rank` gives the evaluating rank of a contact; one without a rank is dropped. Collective.
     pub fn hand_over(
         &mut self,
         comm: &Comm,
         peers: &[usize],
-        mut evaluating_rank: impl FnMut(&Record) -> Option<usize>,
+        mut evaluating_rank: impl FnMut(&ContactKey) -> Option<usize>,
     ) {
         if peers.is_empty() {
             return;
         }
         let rank = comm.rank();
         let mut messages: Vec<Vec<u8>> = vec![Vec::new(); peers.len()];
-        self.current.retain(|record| {
-            let to = evaluating_rank(record);
-            if let Some(link) = to.and_then(|to| peers.binary_search(&to).ok()) {
-                messages[link].extend_from_slice(bytemuck::bytes_of(record));
+        let (mut kept, mut left) = (Records::new(self.current.memory), false);
+        for (key, memory) in self.current.iter() {
+            let to = evaluating_rank(&key);
+            if to == Some(rank) {
+                kept.push(key, memory);
+                continue;
             }
-            to == Some(rank)
-        });
-        let before = self.current.len();
-        for message in comm.exchange(peers, messages) {
-            self.current.extend(bytemuck::pod_collect_to_vec::<u8, Record>(&message));
+            left = true;
+            if let Some(link) = to.and_then(|to| peers.binary_search(&to).ok()) {
+                messages[link].extend_from_slice(bytemuck::bytes_of(&key));
+                messages[link].extend_from_slice(bytemuck::cast_slice(memory));
+            }
         }
-        if self.current.len() > before {
-            self.current.sort_unstable_by_key(Record::key);
+        let before = kept.rows.len();
+        for message in comm.exchange(peers, messages) {
+            kept.rows.extend(bytemuck::pod_collect_to_vec::<u8, u64>(&message));
+        }
+        if kept.rows.len() > before {
+            *self = Self::new(kept);
+        } else if left {
+            self.current = kept;
         }
     }
 }
@@ -109,49 +206,97 @@ mod tests {
     use super::*;
     use crate::comm::on_threads;
 
-    fn record(first: u64, second: u64) -> Record {
-        Record { first, second, damping: first as f64, age: second }
+    /// Two numbers that tell whose they are.
+    const WIDTH: usize = 2;
+
+    fn key(first: u64, second: u64) -> ContactKey {
+        ContactKey { first, second, parts: [0; 2] }
+    }
+
+    fn records(keys: &[(u64, u64)]) -> Records {
+        let mut records = Records::new(WIDTH);
+        for &(first, second) in keys {
+            records.push(key(first, second), &[first as f64, second as f64]);
+        }
+        records
+    }
+
+    /// The memory of a contact, kept for the next sub-step; none if it has just begun.
+    fn kept(history: &mut History, (first, second): (u64, u64)) -> Option<Vec<f64>> {
+        let begin = |memory: &mut [f64]| memory.copy_from_slice(&[first as f64, second as f64]);
+        let (memory, begun) = history.remember(key(first, second), begin);
+        (!begun).then(|| memory.to_vec())
     }
 
     #[test]
     fn a_contact_is_remembered_while_it_is_kept_and_forgotten_after() {
-        let mut history = History::new(vec![record(3, 4), record(1, 9)]);
-        assert_eq!(history.get(1, 2), None);
-        assert_eq!(history.get(1, 9), Some(record(1, 9)));
-        history.keep(record(1, 9));
+        let mut history = History::new(records(&[(3, 4), (1, 9)]));
+        assert_eq!(kept(&mut history, (1, 2)), None);
+        assert_eq!(kept(&mut history, (1, 9)), Some(vec![1.0, 9.0]));
         history.advance();
-        assert_eq!(history.get(1, 9), Some(record(1, 9)));
-        assert_eq!(history.get(3, 4), None);
+        assert_eq!(history.records(), &records(&[(1, 2), (1, 9)]));
         history.advance();
         assert!(history.records().is_empty());
     }
 
     #[test]
+    fn what_a_law_changes_is_there_in_the_next_sub_step() {
+        let mut history = History::new(records(&[(1, 9)]));
+        history.remember(key(1, 9), |_| panic!("not begun")).0[1] = 0.5;
+        history.advance();
+        assert_eq!(history.records().iter().next(), Some((key(1, 9), &[1.0, 0.5][..])));
+    }
+
+    #[test]
     fn a_second_round_is_remembered_along_with_the_first() {
-        let mut history = History::default();
+        let mut history = History::new(Records::new(WIDTH));
         let rounds = [[(1, 2), (5, 6)], [(1, 90), (3, 90)]].concat();
-        for &(first, second) in &rounds {
-            assert_eq!(history.get(first, second), None);
-            history.keep(record(first, second));
+        for &pair in &rounds {
+            assert_eq!(kept(&mut history, pair), None);
         }
         history.advance();
-        assert_eq!(history.records(), [record(1, 2), record(1, 90), record(3, 90), record(5, 6)]);
+        assert_eq!(history.records(), &records(&[(1, 2), (1, 90), (3, 90), (5, 6)]));
         for (first, second) in rounds {
-            assert_eq!(history.get(first, second), Some(record(first, second)));
+            assert_eq!(kept(&mut history, (first, second)), Some(vec![first as f64, second as f64]));
         }
+    }
+
+    #[test]
+    fn contacts_of_several_parts_of_two_bodies_have_a_memory_each() {
+        let mut history = History::new(Records::new(1));
+        let parts = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|parts| ContactKey { parts, ..key(1, 2) });
+        for (n, part) in parts.into_iter().enumerate() {
+            history.remember(part, |memory| memory[0] = n as f64);
+        }
+        history.remember(key(1, 3), |_| ());
+        history.advance();
+        let order = [parts[0], parts[1], key(1, 3), parts[2], parts[3]];
+        assert_eq!(history.records().iter().map(|(key, _)| key).collect::<Vec<_>>(), order);
+        for (n, part) in parts.into_iter().enumerate() {
+            assert_eq!(history.remember(part, |_| panic!("not begun")), (&mut [n as f64][..], false));
+        }
+    }
+
+    #[test]
+    fn a_law_without_memory_has_the_contacts_alone() {
+        let mut history = History::new(Records::new(0));
+        assert_eq!(history.remember(key(1, 2), |memory| assert!(memory.is_empty())), (&mut [][..], true));
+        history.advance();
+        assert_eq!((history.records().len(), history.records().bytes().len()), (1, size_of::<ContactKey>()));
     }
 
     #[test]
     fn records_follow_the_responsibility_round_a_ring_of_3_ranks_and_come_back_whole() {
         on_threads(3, |comm| {
             let peers: Vec<usize> = (0..3).filter(|&p| p != comm.rank()).collect();
-            let own: Vec<Record> = (0..5).map(|n| record(comm.rank() as u64, 10 + n)).collect();
+            let keys: Vec<(u64, u64)> = (0..5).map(|n| (comm.rank() as u64, 10 + n)).collect();
+            let own = records(&keys);
             let mut history = History::new(own.clone());
             for round in 1..=3_u64 {
-                history.hand_over(&comm, &peers, |r| Some(((r.first + round) % 3) as usize));
+                history.hand_over(&comm, &peers, |key| Some(((key.first + round) % 3) as usize));
                 assert_eq!(history.records().len(), 5);
             }
-            assert_eq!(history.records(), own);
+            assert_eq!(history.records(), &own);
         });
     }
 }

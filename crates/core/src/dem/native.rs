@@ -44,10 +44,10 @@ mod wall_tests;
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
-use super::history::{History, Record};
+use super::history::{History, Records};
 use super::integrator::{self, Inertia};
 use super::saved::Saved;
-use super::{ContactState, ContactSummary, DemEngine, Load};
+use super::{ContactKey, ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
 use crate::contact::{ContactModel, GrownShape, NeighbourList, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
@@ -79,6 +79,11 @@ pub struct NativeParams {
 }
 
 impl NativeParams {
+    /// Numbers that the law remembers of a contact.
+    fn memory(&self) -> usize {
+        self.contact.as_ref().map_or(0, ContactModel::memory)
+    }
+
     /// True if there are films between near bodies.
     fn is_lubricated(&self) -> bool {
         self.contact.as_ref().is_some_and(|model| model.lubrication.is_some())
@@ -134,7 +139,7 @@ impl Native {
         Ok(Self {
             widest,
             order: IdOrder::new(NeighbourList::new(finder)),
-            forces: ContactForces::new(near.peers.len()),
+            forces: ContactForces::new(near.peers.len(), params.memory()),
             context: ContactContext {
                 laws: params.contact.as_ref().map_or_else(Vec::new, laws),
                 params,
@@ -150,16 +155,16 @@ impl Native {
     /// Continues from the state of another engine after `substep` sub-steps: the particles are its particles,
     /// `records` are (at least) the histories of the contacts that this rank evaluates, `begun` is the number of
     /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.
-    pub fn resume(&mut self, records: &[Record], substep: u64, begun: u64) {
+    pub fn resume(&mut self, records: &Records, substep: u64, begun: u64) {
         let ContactContext { near, local, .. } = &self.context;
-        let mine = records.iter().filter(|r| evaluating_rank_of(r, near, local) == Some(near.rank));
-        self.forces.history = History::new(mine.copied().collect());
+        let mine = records.filtered(|key| evaluating_rank_of(key, near, local) == Some(near.rank));
+        self.forces.history = History::new(mine);
         self.forces.begun = begun;
         self.context.substep = substep;
     }
 
-    /// Histories of the contacts that this rank evaluates, ascending by pair of ids.
-    pub fn records(&self) -> &[Record] {
+    /// Histories of the contacts that this rank evaluates, ascending.
+    pub fn records(&self) -> &Records {
         self.forces.history.records()
     }
 
@@ -185,7 +190,7 @@ impl Native {
         let moved = self.integrate(dt);
         let ContactContext { near, local, substep, .. } = &mut self.context;
         local.refresh(near, comm);
-        self.forces.history.hand_over(comm, &near.peers, |record| evaluating_rank_of(record, near, local));
+        self.forces.history.hand_over(comm, &near.peers, |key| evaluating_rank_of(key, near, local));
         *substep += 1;
         evaluated.and(moved)
     }
@@ -247,13 +252,13 @@ fn laws(model: &ContactModel) -> Vec<PairLaw> {
     (0..n * n).map(|i| PairLaw::new(model, i / n, i % n)).collect()
 }
 
-/// The rank that evaluates the contact of a record, if this rank has all its particles.
-fn evaluating_rank_of(record: &Record, near: &GhostLayer, local: &LocalParticles) -> Option<usize> {
-    let i = local.index_of(record.first)?;
-    if ContactState::wall_of(record.second).is_some() {
+/// The rank that evaluates a contact, if this rank has all its particles.
+fn evaluating_rank_of(key: &ContactKey, near: &GhostLayer, local: &LocalParticles) -> Option<usize> {
+    let i = local.index_of(key.first)?;
+    if ContactState::wall_of(key.second).is_some() {
         return Some(local.store.owners[i] as usize);
     }
-    near.evaluating_rank_of([i, local.index_of(record.second)?], &local.store)
+    near.evaluating_rank_of([i, local.index_of(key.second)?], &local.store)
 }
 
 /// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
@@ -373,10 +378,9 @@ impl DemEngine for Native {
     fn remove(&mut self, ids: &[u64]) -> Result<()> {
         let ContactContext { near, local, .. } = &mut self.context;
         local.remove(near, ids);
-        let stays = |first: u64, second: u64| [first, second].iter().all(|id| ids.binary_search(id).is_err());
-        let records = self.forces.history.records().iter().filter(|r| stays(r.first, r.second));
-        self.forces.history = History::new(records.copied().collect());
-        self.forces.states.retain(|state| stays(state.first, state.second));
+        let stays = |key: &ContactKey| [key.first, key.second].iter().all(|id| ids.binary_search(id).is_err());
+        self.forces.history = History::new(self.records().filtered(stays));
+        self.forces.states.retain(|state| stays(&state.key()));
         Ok(())
     }
 
@@ -395,7 +399,7 @@ impl DemEngine for Native {
             population: self.context.local.population,
             particles: self.particles().owned().to_vec(),
             loads: self.context.local.loads.clone(),
-            records: self.records().to_vec(),
+            records: self.records().clone(),
             states: self.forces.states(),
             own: Vec::new(),
         };
@@ -404,10 +408,11 @@ impl DemEngine for Native {
 
     fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
-        let saved = Saved::load("native", parts, (near, local, params.walls.len()))?;
+        let memory = params.memory();
+        let saved = Saved::load("native", parts, (near, local, params.walls.len()), memory)?;
         self.widest = widest([0.0; 2], &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
-        self.forces = ContactForces::new(near.peers.len());
+        self.forces = ContactForces::new(near.peers.len(), memory);
         self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);
         Ok(())

@@ -7,7 +7,7 @@
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
 use super::population::Population;
-use super::{ContactState, Load, Record};
+use super::{ContactKey, ContactState, Load, Records};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -16,10 +16,13 @@ use bytemuck::{Pod, Zeroable};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Begins every part; the last byte is the version.
-const MAGIC: [u8; 8] = *b"turbidE\x02";
+const MAGIC: [u8; 8] = *b"turbidE\x03";
 
 /// More sub-steps, and contacts, than a run can have.
 const MOST: u64 = 1 << 53;
+
+/// More numbers than a law remembers of a contact.
+const MOST_MEMORY: usize = 1 << 10;
 
 /// The state of one rank, or of all together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,7 +38,7 @@ pub struct Saved {
     /// Loads of the last step on them.
     pub loads: Vec<Load>,
     /// Memories of contacts.
-    pub records: Vec<Record>,
+    pub records: Records,
     /// Contacts of the last sub-step.
     pub states: Vec<ContactState>,
     /// The engine's own data, of all ranks together.
@@ -52,6 +55,8 @@ struct Header {
     engine: [u8; 16],
     particles: u64,
     records: u64,
+    /// Numbers of each record besides its key.
+    memory: u64,
     states: u64,
     substep: u64,
     begun: u64,
@@ -84,6 +89,7 @@ impl Saved {
             engine: padded(engine),
             particles: self.particles.len() as u64,
             records: self.records.len() as u64,
+            memory: self.records.memory() as u64,
             states: self.states.len() as u64,
             substep: self.substep,
             begun: self.begun,
@@ -95,7 +101,7 @@ impl Saved {
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&self.particles));
         bytes.extend_from_slice(bytemuck::cast_slice(&loads));
-        bytes.extend_from_slice(bytemuck::cast_slice(&self.records));
+        bytes.extend_from_slice(self.records.bytes());
         bytes.extend_from_slice(bytemuck::cast_slice(&self.states));
         bytes.extend_from_slice(&self.own);
         let checksum = xxh3_64(&bytes[UNCHECKED..]);
@@ -131,7 +137,10 @@ impl Saved {
         let whole = (|| {
             let particles = take(&mut rest, header.particles)?;
             let loads = take::<[[f64; 3]; 2]>(&mut rest, header.particles)?;
-            let records = take(&mut rest, header.records)?;
+            let memory = usize::try_from(header.memory).ok().filter(|memory| *memory <= MOST_MEMORY)?;
+            let row = (size_of::<ContactKey>() + memory * size_of::<f64>()) as u64;
+            let records: Vec<u8> = take(&mut rest, header.records.checked_mul(row)?)?;
+            let records = Records::from_bytes(memory, &records);
             let states = take(&mut rest, header.states)?;
             let own = take(&mut rest, header.own)?;
             rest.is_empty().then(|| Self {
@@ -151,7 +160,7 @@ impl Saved {
     }
 
     /// The state that the ranks of an earlier run saved as `parts`, the same on every rank, for an engine with these templates and
-    /// this number of walls.
+    /// this number of walls, whose contact law remembers `memory` numbers of a contact.
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case.
@@ -159,9 +168,11 @@ impl Saved {
         engine: &str,
         parts: &[Vec<u8>],
         (near, local, walls): (&GhostLayer, &LocalParticles, usize),
+        memory: usize,
     ) -> Result<Self> {
         let (domain, templates) = (near.decomposition().domain, local.store.templates.len());
-        Self::join(engine, parts, &Case { templates, walls, domain }, (near.rank, near.ranks()))
+        let case = Case { templates, walls, memory, domain };
+        Self::join(engine, parts, &case, (near.rank, near.ranks()))
     }
 
     /// All particles, loads and records of `parts`; and those contacts of the last sub-step, and the number of
@@ -179,7 +190,7 @@ impl Saved {
             .map(|(n, bytes)| Self::read(engine, bytes).map_err(|what| refuse(format!("{} {what}", of(n)))))
             .collect::<Result<Vec<Self>>>()?;
         let ids = case.ids_of(&parts).map_err(refuse)?;
-        let mut all = Self::default();
+        let mut all = Self { records: Records::new(case.memory), ..Self::default() };
         for (n, part) in parts.into_iter().enumerate() {
             if n > 0 && part.substep != all.substep {
                 return Err(refuse(format!(
@@ -193,14 +204,14 @@ impl Saved {
             (all.substep, all.population) = (part.substep, part.population);
             all.particles.extend(part.particles);
             all.loads.extend(part.loads);
-            all.records.extend(part.records);
+            all.records.extend(&part.records);
             all.own.extend(part.own);
             if n % size == rank {
                 all.begun = all.begun.wrapping_add(part.begun);
                 all.states.extend(part.states);
             }
         }
-        all.states.sort_by_key(|state| (state.first, state.second));
+        all.states.sort_by_key(ContactState::key);
         Ok(all)
     }
 }
@@ -212,6 +223,8 @@ struct Case {
     templates: usize,
     /// Number of walls.
     walls: usize,
+    /// Numbers that the contact law remembers of a contact.
+    memory: usize,
     domain: Domain,
 }
 
@@ -243,11 +256,11 @@ impl Case {
                 self.templates
             ));
         }
-        let records = parts.iter().flat_map(|part| &part.records);
-        let mut keys: Vec<(u64, u64)> = records.map(Record::key).collect();
+        let mut keys: Vec<ContactKey> =
+            parts.iter().flat_map(|part| part.records.iter()).map(|(key, _)| key).collect();
         keys.sort_unstable();
         if let Some(twice) = keys.windows(2).find(|pair| pair[0] == pair[1]) {
-            return Err(format!("the contact of {} with {} is in it twice", twice[0].0, twice[0].1));
+            return Err(format!("the contact of {} with {} is in it twice", twice[0].first, twice[0].second));
         }
         Ok(ids)
     }
@@ -260,8 +273,8 @@ impl Case {
             Some(wall) => wall < self.walls,
             None => first != second && known(second),
         };
-        let states = part.states.iter().map(|state| (state.first, state.second));
-        let mut pairs = part.records.iter().map(Record::key).chain(states);
+        let states = part.states.iter().map(ContactState::key);
+        let mut pairs = part.records.iter().map(|(key, _)| key).chain(states);
         let in_box = |particle: &Particle| particle.flaw(self.domain.size());
         if let Some(flaw) = part.particles.iter().find_map(in_box) {
             return Err(flaw);
@@ -270,15 +283,24 @@ impl Case {
         if let Some((particle, _)) = loads.find(|(_, load)| !finite(&[load.force, load.torque])) {
             return Err(format!("the load on particle {} is not finite", particle.id));
         }
-        if let Some((first, second)) =
-            pairs.find(|&(first, second)| !(known(first) && partner(first, second)))
+        if let Some(ContactKey { first, second, .. }) =
+            pairs.find(|key| !(known(key.first) && partner(key.first, key.second)))
         {
             return Err(format!("it remembers a contact of {first} with {second}, which are not both there"));
         }
-        let is_none = |r: &&Record| !r.damping.is_finite() || r.age > MOST || r.first >= r.second;
-        if let Some(Record { first, second, .. }) = part.records.iter().find(is_none) {
+        let (has, needs) = (part.records.memory(), self.memory);
+        if has != needs && !part.records.is_empty() {
             return Err(format!(
-                "the order, the damping or the age of the contact of {first} with {second} is that of none"
+                "it remembers {has} numbers of each contact, and the law of this case {needs}"
+            ));
+        }
+        let mut records = part.records.iter();
+        let is_none = |(key, memory): &(ContactKey, &[f64])| {
+            key.first >= key.second || !memory.iter().all(|x| x.is_finite())
+        };
+        if let Some((ContactKey { first, second, .. }, _)) = records.find(is_none) {
+            return Err(format!(
+                "the order or the memory of the contact of {first} with {second} is that of none"
             ));
         }
         let is_finite = |state: &ContactState| {
@@ -303,14 +325,21 @@ mod tests {
     const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
-        Case { templates: 2, walls: 2, domain: BOX }
+        Case { templates: 2, walls: 2, memory: 2, domain: BOX }
+    }
+
+    /// One contact with what is remembered of it.
+    fn remembered(key: ContactKey, memory: [f64; 2]) -> Records {
+        let mut records = Records::new(2);
+        records.push(key, &memory);
+        records
     }
 
     /// Two ranks' states of three particles, with a contact of two of them and one with a wall.
     fn two() -> [Saved; 2] {
         let particle = |id, template| Particle::at(id, template, Vec3::repeat(0.25 * id as f64));
         let load = Load { force: Vec3::new(1.0, 2.0, 3.0), torque: Vec3::new(4.0, 5.0, 6.0) };
-        let record = |first, second| Record { first, second, damping: 0.5, age: 7 };
+        let record = |first, second| remembered(ContactKey { first, second, parts: [0; 2] }, [0.5, 7.0]);
         let state = |first, second| ContactState { first, second, depth: 1e-3, ..ContactState::zeroed() };
         [
             Saved {
@@ -319,7 +348,7 @@ mod tests {
                 population: Population { count: 3, next_id: 12 },
                 particles: vec![particle(3, 0), particle(9, 0)],
                 loads: vec![load; 2],
-                records: vec![record(3, 9)],
+                records: record(3, 9),
                 states: vec![state(3, 9)],
                 own: vec![1, 2, 3],
             },
@@ -329,7 +358,7 @@ mod tests {
                 population: Population { count: 3, next_id: 12 },
                 particles: vec![particle(5, 1)],
                 loads: vec![load],
-                records: vec![record(5, ContactState::of_wall(1))],
+                records: record(5, ContactState::of_wall(1)),
                 states: vec![state(3, 5)],
                 own: Vec::new(),
             },
@@ -361,7 +390,7 @@ mod tests {
         assert_eq!((alone.substep, alone.begun), (40, 5));
         assert_eq!(alone.particles.len(), 3);
         assert_eq!((alone.particles[2], alone.loads[2]), (parts[1].particles[0], parts[1].loads[0]));
-        assert_eq!(alone.records, [parts[0].records[0], parts[1].records[0]]);
+        assert_eq!(alone.records.bytes(), [parts[0].records.bytes(), parts[1].records.bytes()].concat());
         assert_eq!(alone.states, [parts[1].states[0], parts[0].states[0]], "ascending");
         for rank in 0..3 {
             let pair_force = Saved::join("native", &written, &case(), (rank, 3)).unwrap();
@@ -444,12 +473,19 @@ mod tests {
             after(|part| part.particles[0].position[0] = -1e-9)
                 .contains("the position of particle 3 is not in the box")
         );
-        assert!(after(|part| part.records[0].second = 4).contains("contact of 3 with 4"));
-        assert!(after(|part| part.records[0].second = 3).contains("contact of 3 with 3"));
-        assert!(after(|part| part.records[0].second = ContactState::of_wall(2)).contains("not both there"));
-        assert!(after(|part| part.records.push(part.records[0])).contains("3 with 9 is in it twice"));
-        assert!(after(|part| part.records[0].damping = f64::NAN).contains("damping"));
-        assert!(after(|part| part.records[0].age = u64::MAX).contains("age of the contact of 3 with 9"));
+        let key = |second| ContactKey { first: 3, second, parts: [0; 2] };
+        let with = |second| after(|part| part.records = remembered(key(second), [0.5, 7.0]));
+        assert!(with(4).contains("contact of 3 with 4"));
+        assert!(with(3).contains("contact of 3 with 3"));
+        assert!(with(ContactState::of_wall(2)).contains("not both there"));
+        assert!(after(|part| part.records.push(key(9), &[0.0; 2])).contains("3 with 9 is in it twice"));
+        let nan = after(|part| part.records = remembered(key(9), [0.5, f64::NAN]));
+        assert!(nan.contains("memory of the contact of 3 with 9"));
+        let other = after(|part| {
+            part.records = Records::new(1);
+            part.records.push(key(9), &[0.5]);
+        });
+        assert!(other.contains("remembers 1 numbers of each contact, and the law of this case 2"));
         assert!(after(|part| part.states[0].second = 4).contains("contact of 3 with 4"));
         assert!(
             after(|part| part.states[0].normal[1] = f64::NAN).contains("contact of 3 with 9 has a number")

@@ -136,6 +136,7 @@ fn the_lines_of_a_contact_meet_at_its_point_and_faint_forces_are_left_out() {
     let contact = |force: f64| ContactState {
         first: 3,
         second: 7,
+        parts: [0; 2],
         point: [0.4, 0.5, 0.5],
         normal: [1.0, 0.0, 0.0],
         force: [-force, 0.0, 0.0],

@@ -12,7 +12,7 @@ use crate::contact::{
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::integrator::Inertia;
-use crate::dem::{ContactState, Load};
+use crate::dem::{ContactKey, ContactState, Load};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
 use crate::particle::{Particle, ParticleStore, PrescribedMotion};
@@ -170,7 +170,8 @@ impl ContactContext {
             let (bodies, turns) = ([&self.body(a), &self.body(b)], [&rotations[p], &rotations[q]]);
             let hint = &mut neighbour.hint;
             let film = self.between(model, [i, j], offset, (rates, dt));
-            let (ids, touched) = ([a.id, b.id], [Some(i), Some(j)]);
+            let key = ContactKey { first: a.id, second: b.id, parts: [0; 2] };
+            let touched = [Some(i), Some(j)];
             let [first, second] = [a, b].map(|p| self.constants(p));
             let held = first.motion.is_complete() && second.motion.is_complete();
             let overlap =
@@ -178,14 +179,14 @@ impl ContactContext {
             let Some(overlap) = overlap else {
                 if let Some(Acting { action, normal, lever }) = film {
                     let point = domain.wrap(a.position() + lever);
-                    forces.add(&PairEntry::apart(ids, touched, (point, normal), action), near, store);
+                    forces.add(&PairEntry::apart(key, touched, (point, normal), action), near, store);
                 }
                 continue;
             };
             let levers = [overlap.point, overlap.point - offset];
             let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
             let input = ContactInput {
-                ids,
+                key,
                 indices: touched,
                 law,
                 overlap: &overlap,
@@ -239,21 +240,23 @@ impl ContactContext {
                         .and_then(|()| Err(behind_wall(self.substep, particle, wall, distance, radius)));
                     continue;
                 }
-                let (ids, touched) = ([particle.id, ContactState::of_wall(index)], [Some(i), None]);
+                let key =
+                    ContactKey { first: particle.id, second: ContactState::of_wall(index), parts: [0; 2] };
+                let touched = [Some(i), None];
                 let film = self.at_wall(model, i, (wall, surface, time), (rates, dt));
                 let overlap = overlap_wall(model.geometry, &self.body(particle), &surface.seen_from(centre))
                     .filter(|_| !constants.motion.is_complete());
                 let Some(overlap) = overlap else {
                     if let Some(Acting { action, normal, lever }) = film {
                         let point = domain.wrap(centre + lever);
-                        forces.add(&PairEntry::apart(ids, touched, (point, normal), action), near, store);
+                        forces.add(&PairEntry::apart(key, touched, (point, normal), action), near, store);
                     }
                     continue;
                 };
                 let point = centre + overlap.point;
                 let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let input = ContactInput {
-                    ids,
+                    key,
                     indices: touched,
                     law,
                     overlap: &overlap,

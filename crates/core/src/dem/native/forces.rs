@@ -1,12 +1,12 @@
 //! Results of the contacts of a sub-step: forces on particles, histories, states for the output.
 
 use crate::comm::Comm;
-use crate::contact::law::{Action, UNSET};
+use crate::contact::law::Action;
 use crate::contact::{Overlap, PairLaw, PairProperties};
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
-use crate::dem::history::{History, Record};
-use crate::dem::{ContactState, ContactSummary, Load};
+use crate::dem::history::{History, Records};
+use crate::dem::{ContactKey, ContactState, ContactSummary, Load};
 use crate::math::Vec3;
 use crate::particle::ParticleStore;
 use bytemuck::{Pod, Zeroable};
@@ -41,8 +41,8 @@ struct PairForce {
 /// Action of two bodies on each other, touching or not. A pair has one entry in a sub-step, of all that acts between them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairEntry {
-    /// Ids, the lower one first; a wall stands second.
-    pub(super) ids: [u64; 2],
+    /// The bodies, the lower id first; a wall stands second.
+    pub(super) key: ContactKey,
     /// Indices of the particles; none for a wall.
     pub(super) indices: [Option<usize>; 2],
     /// Force and torques.
@@ -60,12 +60,12 @@ pub(super) struct PairEntry {
 impl PairEntry {
     /// Two bodies with a film but no contact.
     pub(super) fn apart(
-        ids: [u64; 2],
+        key: ContactKey,
         indices: [Option<usize>; 2],
         (point, normal): (Vec3, Vec3),
         action: Action,
     ) -> Self {
-        Self { ids, indices, action, point, normal, depth: 0.0, volume: 0.0 }
+        Self { key, indices, action, point, normal, depth: 0.0, volume: 0.0 }
     }
 
     /// Adds what the film does.
@@ -82,8 +82,8 @@ impl PairEntry {
 /// Two bodies that overlap.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactInput<'a> {
-    /// Ids, the lower one first; a wall stands second.
-    pub(super) ids: [u64; 2],
+    /// The bodies, the lower id first; a wall stands second.
+    pub(super) key: ContactKey,
     /// Indices of the particles; none for a wall.
     pub(super) indices: [Option<usize>; 2],
     /// Law of the two materials.
@@ -101,9 +101,10 @@ pub(super) struct ContactInput<'a> {
 }
 
 impl ContactForces {
-    /// For a rank with this number of peers.
-    pub(super) fn new(peers: usize) -> Self {
-        Self { messages: vec![Vec::new(); peers], ..Self::default() }
+    /// For a rank with this number of peers, and a law that remembers `memory` numbers of a contact.
+    pub(super) fn new(peers: usize, memory: usize) -> Self {
+        let history = History::new(Records::new(memory));
+        Self { messages: vec![Vec::new(); peers], history, ..Self::default() }
     }
 
     /// Begins a sub-step.
@@ -118,13 +119,12 @@ impl ContactForces {
         self.history.advance();
     }
 
-    /// Contacts of the sub-step, ascending by the ids of the pair.
+    /// Contacts of the sub-step, ascending by key.
     pub(super) fn states(&self) -> Vec<ContactState> {
         let mut states = self.states.clone();
-        let ids = |state: &ContactState| (state.first, state.second);
         // Two ascending runs: a stable sort merges them.
-        states.sort_by_key(ids);
-        debug_assert!(states.is_sorted_by(|a, b| ids(a) < ids(b)), "a pair has one entry");
+        states.sort_by_key(ContactState::key);
+        debug_assert!(states.is_sorted_by(|a, b| a.key() < b.key()), "a pair has one entry");
         states
     }
 
@@ -141,20 +141,13 @@ impl ContactForces {
 
     /// Finds or begins the history of a contact and evaluates its force, which [`add`](Self::add) adds to both bodies.
     pub(super) fn evaluate(&mut self, input: &ContactInput) -> PairEntry {
-        let ContactInput { ids, indices, law, overlap, velocity, point, .. } = *input;
-        let [first, second] = ids;
-        let begun = &mut self.begun;
-        let mut record = self.history.get(first, second).unwrap_or_else(|| {
-            *begun += 1;
-            Record { first, second, damping: UNSET, age: 0 }
-        });
-        record.damping = law.latch(record.damping, velocity.dot(&overlap.normal));
-        record.age += 1;
-        self.history.keep(record);
+        let ContactInput { key, indices, law, overlap, velocity, point, .. } = *input;
+        let (memory, begun) = self.history.remember(key, |memory| law.begin(memory));
+        self.begun += u64::from(begun);
         PairEntry {
-            ids,
+            key,
             indices,
-            action: law.act(overlap, input.offset, &input.properties, velocity, record.damping),
+            action: law.act(overlap, input.offset, &input.properties, velocity, memory),
             point,
             normal: overlap.normal,
             depth: overlap.depth,
@@ -165,17 +158,19 @@ impl ContactForces {
     /// Adds the force of a pair to both bodies and to the list of contacts, of which the output makes the stress and the forces
     /// on walls. Pairs come in ascending order of their ids, those with walls after all others.
     pub(super) fn add(&mut self, pair: &PairEntry, near: &GhostLayer, store: &ParticleStore) {
-        let PairEntry { ids, action: Action { force, torques }, .. } = *pair;
+        let PairEntry { key: ContactKey { first, second, parts }, action: Action { force, torques }, .. } =
+            *pair;
         self.states.push(ContactState {
-            first: ids[0],
-            second: ids[1],
+            first,
+            second,
+            parts,
             point: pair.point.into(),
             normal: pair.normal.into(),
             force: force.into(),
             depth: pair.depth,
             volume: pair.volume,
         });
-        let forces = [force, -force];
+        let (ids, forces) = ([first, second], [force, -force]);
         for (side, index) in pair.indices.into_iter().enumerate() {
             if let Some(index) = index {
                 let force = PairForce {

@@ -82,22 +82,20 @@ fn shaken(ranks: usize) -> (Vec<u8>, i64, usize, Vec<u8>) {
         let mut engine = Native::new(params(), cut, comm.rank(), templates(), &all).unwrap();
         let (mut owners, mut handed) = (BTreeMap::new(), 0);
         let mut contacts = Vec::new();
-        for _ in 0..STEPS {
+        for step in 0..STEPS {
             let loads = vec![Load::default(); engine.particles().owned];
             engine.advance(&comm, &loads, DT).unwrap();
             let states = comm.all_gather(bytemuck::cast_slice(&engine.contact_states()).to_vec());
             let mut states: Vec<ContactState> = bytemuck::pod_collect_to_vec(&states.concat());
-            states.sort_by_key(|state| (state.first, state.second));
+            states.sort_by_key(ContactState::key);
             contacts.extend_from_slice(bytemuck::cast_slice(&states));
-            let records = comm.all_gather(bytemuck::cast_slice(engine.records()).to_vec());
+            let records = comm.all_gather(engine.records().bytes().to_vec());
             for (rank, records) in records.iter().enumerate() {
-                for record in bytemuck::pod_collect_to_vec::<u8, Record>(records) {
-                    let key = (record.first, record.second);
-                    let before = owners.insert(key, (rank, record.age));
-                    let wall = ContactState::wall_of(record.second).is_some();
-                    handed += usize::from(
-                        wall && before.is_some_and(|(owner, age)| owner != rank && record.age == age + 2),
-                    );
+                for (key, _) in Records::from_bytes(1, records).iter() {
+                    let before = owners.insert((key.first, key.second), (rank, step));
+                    let wall = ContactState::wall_of(key.second).is_some();
+                    let handed_over = |(owner, last)| owner != rank && step == last + 1;
+                    handed += usize::from(wall && before.is_some_and(handed_over));
                 }
             }
         }
@@ -153,14 +151,14 @@ fn a_run_between_moving_walls_resumed_half_way_continues_to_the_same_bits_on_1_2
         let mut engine = engine(2, &comm, &all);
         advance(&mut engine, &comm, 150);
         let middle = gathered(&engine, &comm);
-        let records = comm.all_gather(bytemuck::cast_slice(engine.records()).to_vec()).concat();
+        let records = comm.all_gather(engine.records().bytes().to_vec()).concat();
         let (substep, begun) = (engine.substep(), engine.contacts().begun);
         advance(&mut engine, &comm, 30);
         (middle, records, substep, begun, gathered(&engine, &comm))
     });
     let (middle, records, substep, begun, end) = &whole[0];
-    let records: Vec<Record> = bytemuck::pod_collect_to_vec(records);
-    let walls = records.iter().filter(|r| ContactState::wall_of(r.second).is_some()).count();
+    let records = Records::from_bytes(1, records);
+    let walls = records.iter().filter(|(key, _)| ContactState::wall_of(key.second).is_some()).count();
     assert!(walls > 5, "{walls} of {}", records.len());
     for ranks in [1, 2, 4] {
         on_threads(ranks, |comm| {

@@ -30,7 +30,7 @@ fn insert(engine: &mut Native, comm: &Comm) {
 }
 
 /// Particles with their loads, and records, of all ranks.
-type Whole = (Vec<(Particle, [[f64; 3]; 2])>, Vec<Record>, Option<u64>);
+type Whole = (Vec<(Particle, [[f64; 3]; 2])>, Records, Option<u64>);
 
 fn whole(engine: &Native, comm: &Comm) -> Whole {
     let owned = engine.particles().owned();
@@ -43,10 +43,8 @@ fn whole(engine: &Native, comm: &Comm) -> Whole {
         bytemuck::pod_collect_to_vec(&comm.all_gather(bytemuck::cast_slice(&loads).to_vec()).concat());
     let mut particles: Vec<_> = of.into_iter().zip(loads).collect();
     particles.sort_unstable_by_key(|(particle, _)| particle.id);
-    let records = comm.all_gather(bytemuck::cast_slice(engine.records()).to_vec()).concat();
-    let mut records: Vec<Record> = bytemuck::pod_collect_to_vec(&records);
-    records.sort_unstable_by_key(Record::key);
-    (particles, records, engine.next_id())
+    let records = Records::from_bytes(1, &comm.all_gather(engine.records().bytes().to_vec()).concat());
+    (particles, History::new(records).records().clone(), engine.next_id())
 }
 
 #[test]

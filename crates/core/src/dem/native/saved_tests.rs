@@ -37,7 +37,7 @@ fn advance(engine: &mut Native, comm: &Comm, (from, to): (u64, u64)) {
 #[derive(Debug, PartialEq)]
 struct Whole {
     particles: Vec<Particle>,
-    records: Vec<Record>,
+    records: Records,
     states: Vec<ContactState>,
     begun: u64,
     count: usize,
@@ -50,12 +50,12 @@ fn gathered(engine: &Native, comm: &Comm) -> Whole {
     let mut particles: Vec<Particle> =
         bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(engine.particles().owned())));
     particles.sort_unstable_by_key(|p| p.id);
-    let mut records: Vec<Record> = bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(engine.records())));
-    records.sort_unstable_by_key(Record::key);
+    let records = Records::from_bytes(engine.context.params.memory(), &all(engine.records().bytes()));
+    let records = History::new(records).records().clone();
     let states = engine.contact_states();
-    assert!(states.is_sorted_by_key(|state| (state.first, state.second)));
+    assert!(states.is_sorted_by_key(ContactState::key));
     let mut states: Vec<ContactState> = bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(&states)));
-    states.sort_by_key(|state| (state.first, state.second));
+    states.sort_by_key(ContactState::key);
     let summary = engine.contacts();
     let mut sums = [summary.begun as i64, summary.count as i64];
     comm.sum(&mut sums);
