@@ -378,7 +378,8 @@ impl DemEngine for Native {
     fn remove(&mut self, ids: &[u64]) -> Result<()> {
         let ContactContext { near, local, .. } = &mut self.context;
         local.remove(near, ids);
-        let stays = |key: &ContactKey| [key.first, key.second].iter().all(|id| ids.binary_search(id).is_err());
+        let stays =
+            |key: &ContactKey| [key.first, key.second].iter().all(|id| ids.binary_search(id).is_err());
         self.forces.history = History::new(self.records().filtered(stays));
         self.forces.states.retain(|state| stays(&state.key()));
         Ok(())

@@ -84,20 +84,19 @@ fn particles_that_come_and_go_leave_the_same_bits_on_1_to_4_ranks_and_after_a_re
 fn nothing_is_remembered_of_the_contacts_of_a_particle_that_leaves_on_2_ranks() {
     on_threads(2, |comm| {
         let mut engine = engine(&comm);
-        let mut touching = Vec::new();
+        let mut touching = Records::default();
         for _ in 0..400 {
             advance(&mut engine, &comm, 1);
-            touching = whole(&engine, &comm).1;
-            touching.retain(|record| ContactState::wall_of(record.second).is_none());
+            touching = whole(&engine, &comm).1.filtered(|key| ContactState::wall_of(key.second).is_none());
             if !touching.is_empty() {
                 break;
             }
         }
-        let gone = touching[0].second;
+        let gone = touching.iter().next().unwrap().0.second;
         engine.remove(&[gone]).unwrap();
         let ids = |state: &ContactState| [state.first, state.second];
         assert!(engine.contact_states().iter().all(|state| !ids(state).contains(&gone)));
-        assert!(engine.records().iter().all(|record| ![record.first, record.second].contains(&gone)));
+        assert!(engine.records().iter().all(|(key, _)| ![key.first, key.second].contains(&gone)));
         advance(&mut engine, &comm, 10);
     });
 }
