@@ -128,8 +128,8 @@ impl History {
         self.current.key(self.cursor).filter(|at| at == key).map(|_| self.cursor)
     }
 
-    /// What the law remembers of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what
-    /// `begin` made of zeros.
+    /// Memory of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what `begin` made of
+    /// zeros.
     pub fn remember(&mut self, key: ContactKey, begin: impl FnOnce(&mut [f64])) -> (&mut [f64], bool) {
         let found = self.find(&key);
         let Self { current, next, .. } = self;

@@ -438,7 +438,7 @@ mod tests {
         assert!(objection(&foreign).contains("is of the engine `ballistic`"), "{}", objection(&foreign));
         let mut later = whole.clone();
         later[1][7] = 9;
-        assert!(objection(&later).contains("part 2 of 2 is of version 9, not 2"));
+        assert!(objection(&later).contains("part 2 of 2 is of version 9, not 3"));
         assert!(objection(&[]).contains("no part of it"));
         assert!(objection(&whole[..1]).contains("holds 2 particles of 3: a part of it is missing"));
         let doubled = [&whole[..], &whole[..1]].concat();
