@@ -11,8 +11,6 @@ pub mod contacts;
 pub mod directory;
 mod growing;
 pub mod numbers;
-#[cfg(feature = "pictures")]
-mod overlay;
 pub mod particle_series;
 pub mod picture;
 pub mod pieces;
@@ -34,8 +32,6 @@ pub use atomic::{write_atomically, write_bytes};
 pub use contacts::{contacts, force_chains};
 pub use directory::{Numbered, OutputFiles};
 pub use growing::{RowsMark, SeriesWriter};
-#[cfg(feature = "pictures")]
-pub use overlay::Overlay;
 pub use particle_series::{PATHS, ParticleSeries, PathsState};
 pub use points::ParticlePoints;
 pub use polydata::PolyData;

@@ -42,6 +42,8 @@ pub use branch::Branch;
 use checkpointer::Requests;
 pub use checkpointer::saved_head;
 use engine::Context;
+#[doc(hidden)]
+pub use engine::engine_of;
 use entrances::{ExternalLoad, refuse_endless};
 pub use identity::identity;
 pub use measure::Measurement;

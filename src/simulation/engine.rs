@@ -20,6 +20,16 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+/// The engine that a case asks for, with its particles at the start, on one rank; `log` is the file for what it prints. A program that
+/// the case names may run.
+///
+/// # Errors
+/// As [`with_any_engine`](super::Simulation::with_any_engine).
+pub fn engine_of(setup: &Setup, log: Option<PathBuf>) -> Result<Box<dyn DemEngine>> {
+    let context = Context { allowed: true, log, ..Context::default() };
+    engine(setup, &Decomposition::solo(setup.domain), &Comm::Solo, &context)
+}
+
 /// Copies of what an engine has saved while a checkpoint is written.
 const SAVED_COPIES: f64 = 4.0;
 

@@ -151,8 +151,8 @@ impl Session {
         }
     }
 
-    /// The result of rank 0.
-    fn on_root<R: Send + 'static>(
+    /// The result of rank 0; errors as [`on_ranks`](Self::on_ranks).
+    pub fn on_root<R: Send + 'static>(
         &self,
         body: impl Fn(&mut Simulation) -> Result<R> + Send + Sync + 'static,
     ) -> Result<R> {

@@ -27,16 +27,12 @@ use turbid::timing::Timings;
 /// Samples taken; figures are medians.
 const SAMPLES: usize = 5;
 
-/// Extent of a measurement.
 #[derive(Clone, Copy, Debug)]
 pub struct BenchOptions {
-    /// Timed steps per sample.
     pub steps: u64,
     /// Steps before the first sample; suspensions have few contacts at the start.
     pub warm_up: u64,
-    /// Leave out contacts.
     pub no_contact: bool,
-    /// Leave out particles altogether.
     pub fluid_only: bool,
     /// A program that the case names as its engine may run.
     pub allow_engine: bool,
@@ -84,7 +80,6 @@ fn steps_alone(steps: u64) -> u64 {
     steps.div_ceil(PART * CONTROL_INTERVAL) * CONTROL_INTERVAL
 }
 
-/// A case without its particles and contacts.
 fn without_particles(setup: &Setup) -> Setup {
     let mut setup = setup.clone();
     setup.contact = None;
@@ -298,11 +293,8 @@ const CONTROL_WORDS: usize = 13;
 /// Cost of the transport; two ranks at a time exchange messages, all at once.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Network {
-    /// Seconds that a short message takes, there and back at once.
     pub seconds_per_message: f64,
-    /// Seconds for each byte more, packed from and unpacked into memory.
     pub seconds_per_byte: f64,
-    /// Seconds that the sum of thirteen integers over all ranks takes.
     pub seconds_per_reduction: f64,
 }
 

@@ -6,18 +6,19 @@
 //!
 //! A check with an infinite tolerance is only reported: it neither passes nor fails.
 
+mod figure;
 mod files;
+pub mod suite;
 mod tables;
 
+pub use figure::{Figure, measured, overlaid, reference};
 pub use files::{csv, json, prepare, read_csv, write_bars, write_json, write_plots, write_tables};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value as Json;
 use std::sync::Arc;
-use std::time::Instant;
 pub use tables::{aligned, bold_failure, cells, markdown, markdown_table, one_line, summary, table};
 use turbid::error::{Error, Result};
-use turbid::output::Overlay;
 use turbid::particle::{Particle, Template};
 
 /// Relative difference up to which two numbers of a file are the same.
@@ -34,7 +35,6 @@ pub fn is_same(known: &Json, wanted: &Json) -> bool {
 /// Name of an engine that the native one is compared with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct EngineName {
-    /// In names of files.
     pub id: &'static str,
     /// In tables and plots.
     pub label: &'static str,
@@ -47,7 +47,6 @@ pub struct EngineName {
 /// are not finite are `null` in JSON.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Check {
-    /// Name of the case; may be empty.
     #[serde(default)]
     pub case: String,
     /// Name of the quantity, with its unit.
@@ -61,7 +60,6 @@ pub struct Check {
     /// Largest admissible distance of the two, in their unit; infinite for a number that is only reported.
     #[serde(deserialize_with = "or_infinite")]
     pub tolerance: f64,
-    /// True if they are that close.
     pub pass: bool,
     /// Source of the reference (author, year, DOI), or kind of the difference with the reason for its tolerance.
     pub source: String,
@@ -120,12 +118,14 @@ impl Check {
         (count > 1).then(|| Self::new(quantity, mean, 0.0, f64::INFINITY, source))
     }
 
-    /// Returns whether it is only reported.
+    pub fn source(&mut self, source: &str) {
+        self.source = source.to_string();
+    }
+
     pub fn is_reported(&self) -> bool {
         self.pass && self.tolerance.is_infinite()
     }
 
-    /// The verdict in a word.
     pub fn verdict(&self) -> &'static str {
         match (self.pass, self.is_reported()) {
             (_, true) => "reported",
@@ -159,40 +159,68 @@ impl Serialize for Check {
 /// Particles of both engines at one time, for VTK.
 #[derive(Clone, Debug)]
 pub struct Moment {
-    /// Time (s).
     pub time: f64,
     /// Native, then the other engine.
     pub particles: [Vec<Particle>; 2],
-    /// Of all particles.
     pub templates: Arc<[Template]>,
 }
 
-/// Results of a case.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
     /// Numbers that have a reference.
     pub checks: Vec<Check>,
     /// Numbers that belong to the result but have none.
     pub notes: Vec<(String, f64)>,
-    /// Plots.
-    pub overlays: Vec<Overlay>,
+    pub figures: Vec<Figure>,
     /// Trajectories of both engines, in ascending time; may be empty.
     pub moments: Vec<Moment>,
 }
 
 impl Findings {
-    /// Adds a check.
-    pub fn push(&mut self, check: Check) {
+    pub fn push(&mut self, check: Check) -> &mut Check {
         self.checks.push(check);
+        self.checks.last_mut().expect("it was added")
+    }
+
+    /// Holds a number against its reference; the tolerance is in the unit of both.
+    pub fn absolute(
+        &mut self,
+        quantity: impl Into<String>,
+        measured: f64,
+        reference: f64,
+        tolerance: f64,
+    ) -> &mut Check {
+        self.push(Check::new(quantity, measured, reference, tolerance, ""))
+    }
+
+    /// Holds a number against its reference; the tolerance is a part of the reference.
+    pub fn relative(
+        &mut self,
+        quantity: impl Into<String>,
+        measured: f64,
+        reference: f64,
+        part: f64,
+    ) -> &mut Check {
+        self.absolute(quantity, measured, reference, part * reference.abs())
+    }
+
+    /// Takes what another part found.
+    pub fn append(&mut self, other: Self) {
+        self.checks.extend(other.checks);
+        self.notes.extend(other.notes);
+        self.figures.extend(other.figures);
+        self.moments.extend(other.moments);
+    }
+
+    pub fn note(&mut self, quantity: impl Into<String>, value: f64) {
+        self.notes.push((quantity.into(), value));
     }
 }
 
 /// The end of a case.
 #[derive(Debug)]
 pub enum Ending {
-    /// With these results.
     Found(Findings),
-    /// By an error.
     Failed(Error),
     /// By a signal or a time limit.
     Stopped,
@@ -209,6 +237,7 @@ impl From<Result<Findings>> for Ending {
             }
             Ok(found) => Self::Found(found),
             Err(Error::Interrupted) => Self::Stopped,
+            Err(Error::Unsupported { what, .. }) => Self::Missing(format!("no support for {what}")),
             Err(error) => Self::Failed(error),
         }
     }
@@ -217,15 +246,11 @@ impl From<Result<Findings>> for Ending {
 /// A case after its run.
 #[derive(Debug)]
 pub struct Outcome {
-    /// Name of the case.
     pub case: String,
-    /// Title, one line.
     pub title: String,
     /// The engine with which it compares the native one, if it does, which decides the columns of its checks.
     pub engine: Option<EngineName>,
-    /// Duration (s).
     pub seconds: f64,
-    /// Results, or the reason for none.
     pub ending: Ending,
 }
 
@@ -246,21 +271,6 @@ impl Outcome {
         Self { case: case.to_string(), title: title.to_string(), engine, seconds, ending }
     }
 
-    /// Runs a case that compares the native engine with this one; one that it does not support is missing.
-    pub fn of_engines(
-        case: &str,
-        title: &str,
-        engine: EngineName,
-        run: impl FnOnce() -> Result<Findings>,
-    ) -> Self {
-        let start = Instant::now();
-        let ending = match run() {
-            Err(Error::Unsupported { what, .. }) => Ending::Missing(format!("no support for {what}")),
-            result => result.into(),
-        };
-        Self::new(case, title, Some(engine), start.elapsed().as_secs_f64(), ending)
-    }
-
     /// Its checks; a case that failed has one that fails.
     pub fn checks(&self) -> Vec<Check> {
         match &self.ending {
@@ -275,7 +285,6 @@ impl Outcome {
     }
 }
 
-/// All checks of several cases.
 pub fn all(outcomes: &[Outcome]) -> Vec<Check> {
     outcomes.iter().flat_map(Outcome::checks).collect()
 }
@@ -295,11 +304,8 @@ pub fn judged<'a>(checks: impl IntoIterator<Item = &'a Check>) -> Option<(usize,
 /// Numbers of checks and cases by their results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Score {
-    /// Checks that passed.
     pub passed: usize,
-    /// All checks.
     pub checks: usize,
-    /// Numbers that are only reported.
     pub reported: usize,
     /// Cases that this program cannot run.
     pub missing: usize,
@@ -308,14 +314,12 @@ pub struct Score {
 }
 
 impl Score {
-    /// Counts checks.
     pub fn of_checks(checks: &[Check]) -> Self {
         let count = |verdict| checks.iter().filter(|check| check.verdict() == verdict).count();
         let (passed, reported) = (count("ok"), count("reported"));
         Self { passed, checks: checks.len() - reported, reported, ..Self::default() }
     }
 
-    /// Counts the checks of all cases.
     pub fn of(outcomes: &[Outcome]) -> Self {
         let count = |is: fn(&Ending) -> bool| outcomes.iter().filter(|outcome| is(&outcome.ending)).count();
         Self {
@@ -325,7 +329,6 @@ impl Score {
         }
     }
 
-    /// Returns whether every check passed.
     pub fn is_full(&self) -> bool {
         self.passed == self.checks
     }

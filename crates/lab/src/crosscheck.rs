@@ -10,7 +10,6 @@ pub mod own_case;
 mod pair;
 mod periodic;
 mod polyhedra;
-mod record;
 mod settling;
 mod statics;
 mod system;
@@ -18,113 +17,79 @@ mod theory;
 
 pub use against::Against;
 
-use crate::checks::{Ending, Findings, Outcome};
-use turbid::error::Result;
+use crate::checks::suite::{self, Part};
 
-/// Names that most cases use.
+/// Names that most files use.
 mod prelude {
     pub(super) use super::against::Against;
-    pub(super) use super::compare::{Between, Limit, Points, moments, overlay, worst};
-    pub(super) use super::system::{GLASS, RADIUS, Random, SAME, System, Track, model, plane, sphere};
+    pub(super) use super::compare::*;
+    pub(super) use super::system::*;
     pub(super) use super::theory::Hertz;
-    pub(super) use crate::checks::Findings;
+    pub(super) use crate::checks::{Check, Figure, Findings, Moment, measured, overlaid, reference};
+    pub(super) use std::sync::Arc;
     pub(super) use turbid::case::Setup;
-    pub(super) use turbid::contact::Material;
-    pub(super) use turbid::dem::DemEngine;
+    pub(super) use turbid::comm::Comm;
+    pub(super) use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material};
+    pub(super) use turbid::dem::{DemEngine, Load};
     pub(super) use turbid::domain::Domain;
-    pub(super) use turbid::error::Result;
+    pub(super) use turbid::engine::EngineChoice;
+    pub(super) use turbid::error::{Error, Result};
     pub(super) use turbid::math::Vec3;
-    pub(super) use turbid::output::Overlay;
-    pub(super) use turbid::particle::Particle;
+    pub(super) use turbid::particle::{Particle, Template};
+    pub(super) use turbid::simulation::engine_of;
 }
 
-/// A case of the suite.
-#[derive(Clone, Copy, Debug)]
-pub struct Case {
-    /// Short name, for `--case`.
-    pub id: &'static str,
-    /// Purpose, one line.
-    pub title: &'static str,
-    run: fn(&Against) -> Result<Findings>,
+pub type Case = suite::Case<Against>;
+
+macro_rules! case {
+    ($name:literal, $question:literal, $run:path $(,)?) => {
+        Case { name: $name, question: $question, source: "", parts: &[Part::quick(1.0, $run)] }
+    };
 }
 
-impl Case {
-    const fn new(id: &'static str, title: &'static str, run: fn(&Against) -> Result<Findings>) -> Self {
-        Self { id, title, run }
-    }
-
-    /// Runs it in both engines.
-    pub fn outcome(&self, against: &Against) -> Outcome {
-        if let Some(reason) = against.lacks(self.id) {
-            let missing = Ending::Missing(reason.to_string());
-            return Outcome::new(self.id, self.title, Some(against.name), 0.0, missing);
-        }
-        Outcome::of_engines(self.id, self.title, against.name, || {
-            Ok(against.judge(self.id, (self.run)(against)?))
-        })
-    }
-}
-
-/// The suite.
 pub const CASES: &[Case] = &[
-    Case::new(
+    case!(
         "static-pair",
         "force at rest of two spheres, depths 1e-8 to 0.1 R, equal and unequal radii and materials",
         statics::pairs,
     ),
-    Case::new("static-wall", "force at rest of a sphere and a wall, depths 1e-8 to 0.1 R", statics::wall),
-    Case::new(
-        "head-on",
-        "elastic head-on impact: restitution, duration, depth, trajectory",
-        impacts::elastic,
-    ),
-    Case::new(
-        "restitution",
-        "restitution 0.95 to 0.5 over speeds, both laws of damping",
-        impacts::restitutions,
-    ),
-    Case::new(
+    case!("static-wall", "force at rest of a sphere and a wall, depths 1e-8 to 0.1 R", statics::wall),
+    case!("head-on", "elastic head-on impact: restitution, duration, depth, trajectory", impacts::elastic,),
+    case!("restitution", "restitution 0.95 to 0.5 over speeds, both laws of damping", impacts::restitutions,),
+    case!(
         "duration",
         "duration and depth of damped impacts, each engine against its own law",
         impacts::shapes,
     ),
-    Case::new(
+    case!(
         "force-history",
         "whole history of the force of damped impacts under the same law",
         impacts::histories,
     ),
-    Case::new("wall-impact", "damped impact on a wall", impacts::wall),
-    Case::new(
-        "sliding",
-        "oblique elastic impacts with gross sliding friction, several angles",
-        oblique::sliding,
-    ),
-    Case::new("near-rigid", "slow oblique impact, against rigid spheres", oblique::rigid),
-    Case::new("spin", "head-on impacts of spinning spheres", oblique::spin),
-    Case::new(
-        "periodic",
-        "contacts through the faces, edges and corners of a periodic box",
-        periodic::contacts,
-    ),
-    Case::new(
+    case!("wall-impact", "damped impact on a wall", impacts::wall),
+    case!("sliding", "oblique elastic impacts with gross sliding friction, several angles", oblique::sliding,),
+    case!("near-rigid", "slow oblique impact, against rigid spheres", oblique::rigid),
+    case!("spin", "head-on impacts of spinning spheres", oblique::spin),
+    case!("periodic", "contacts through the faces, edges and corners of a periodic box", periodic::contacts,),
+    case!(
         "free-flight",
         "free flight under constant and random loads, 1 and 10 sub-steps",
         free_flight::loaded,
     ),
-    Case::new(
+    case!(
         "settling-box",
         "1000 dry spheres settle in a box: height, contacts, forces on walls",
         settling::settling,
     ),
-    Case::new("cube-plane", "overlaps of 20 cubes with a plane: face, edge, corner", polyhedra::cube_plane),
-    Case::new("cube-cube", "overlaps of 100 pairs of cubes: faces, edges, corners", polyhedra::cube_cube),
-    Case::new("polyhedra", "overlaps of 100 pairs of irregular polyhedra", polyhedra::irregular_pairs),
-    Case::new("inertia", "principal moments of a cube and ten polyhedra", polyhedra::moments_of_inertia),
+    case!("cube-plane", "overlaps of 20 cubes with a plane: face, edge, corner", polyhedra::cube_plane),
+    case!("cube-cube", "overlaps of 100 pairs of cubes: faces, edges, corners", polyhedra::cube_cube),
+    case!("polyhedra", "overlaps of 100 pairs of irregular polyhedra", polyhedra::irregular_pairs),
+    case!("inertia", "principal moments of a cube and ten polyhedra", polyhedra::moments_of_inertia),
 ];
 
 /// The suite, one line for each case.
 pub fn list() -> String {
-    let width = CASES.iter().map(|case| case.id.len()).max().unwrap_or(0);
-    let lines = (CASES.iter()).map(|case| format!("  {:width$}  {}", case.id, case.title));
+    let width = CASES.iter().map(|case| case.name.len()).max().unwrap_or(0);
+    let lines = (CASES.iter()).map(|case| format!("  {:width$}  {}", case.name, case.question));
     lines.collect::<Vec<_>>().join("\n")
 }

@@ -39,22 +39,41 @@ use turbid::document::Source;
 use turbid::error::Result;
 use turbid::simulation::{seconds_of_files, time_estimate};
 
+/// Names that most files use.
+mod prelude {
+    pub(super) use super::Study;
+    pub(super) use super::convergence::Convergence;
+    pub(super) use super::document::{Figure, Table};
+    pub(super) use super::file::*;
+    pub(super) use super::plan::{PlannedRun, combinations};
+    pub(super) use super::points::{At, Known};
+    pub(super) use super::record::{BENCH_FILE, Quantity, Record, SHARE};
+    pub(super) use super::state::State;
+    pub(super) use crate::checks::Check;
+    pub(super) use serde_json::Value as Json;
+    pub(super) use std::collections::{BTreeMap, BTreeSet};
+    pub(super) use std::fs;
+    pub(super) use std::ops::Range;
+    pub(super) use std::path::{Path, PathBuf};
+    pub(super) use turbid::case::{self, Setup};
+    pub(super) use turbid::document::{Located, Source, nearest};
+    pub(super) use turbid::error::{Error, Result};
+    pub(super) use turbid::input;
+    pub(super) use turbid::output::{OutputFiles, directory, write_bytes};
+    pub(super) use turbid::simulation::{self, Law, Suspension, identity};
+    pub(super) use turbid_plot::{Point, Series, Style};
+}
+
 /// Samples of a benchmark.
 const SAMPLES: u64 = 5;
 
-/// A study and its progress.
 pub struct Study {
-    /// Contents of its file.
     pub file: StudyFile,
     /// Path of the file as the user gave it.
     pub path: PathBuf,
-    /// Path of its case.
     pub case: PathBuf,
-    /// Directory of its results.
     pub out: PathBuf,
-    /// Its runs.
     pub plan: Plan,
-    /// Progress of each run.
     pub states: Vec<State>,
     /// Threads that are requested instead of the case's.
     pub threads: Option<usize>,
@@ -95,7 +114,6 @@ impl Study {
         Ok(study)
     }
 
-    /// Names of the quantities of windows.
     fn window_quantities(&self) -> impl Iterator<Item = String> {
         self.file.windows.iter().map(|window| window.value.quantity())
     }
@@ -106,7 +124,6 @@ impl Study {
         Ok(())
     }
 
-    /// Steps of a run.
     pub fn steps(&self, run: usize) -> u64 {
         let setup = &self.plan.runs[run].setup;
         match &self.file.bench {
@@ -160,7 +177,6 @@ impl Study {
         Some(part * self.estimate(run) * self.measured_over_estimated().unwrap_or(1.0))
     }
 
-    /// Writes `result.csv` and `study.json`.
     pub fn collect(&self) -> Result<()> {
         document::write_csv(self)?;
         self.document()?.write(&self.out)

@@ -7,6 +7,7 @@ use clap::builder::PossibleValuesParser;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use turbid::error::{Error, Result};
+use turbid_lab::checks::suite::{Level, run};
 use turbid_lab::checks::{self, Ending, Outcome, Score};
 use turbid_lab::crosscheck::{self, Against, CASES, files, own_case};
 
@@ -71,15 +72,16 @@ fn whole_suite(arguments: &CrosscheckArguments, against: &Against) -> Result<Vec
                 .to_string(),
         ));
     }
-    let known: Vec<&str> = CASES.iter().map(|case| case.id).collect();
+    let known: Vec<&str> = CASES.iter().map(|case| case.name).collect();
     let chosen = suite::chosen(&known, &arguments.only)?;
     against.prepare(&arguments.out)?;
     let mut outcomes = Vec::new();
     for case in chosen.into_iter().map(|index| &CASES[index]) {
-        let outcome = case.outcome(against);
-        say(&checks::table(&outcome, arguments.tolerance_report));
-        files::write_case(&arguments.out, &outcome)?;
-        outcomes.push(outcome);
+        let found = run(&[case], Level::Quick, against, |outcome| {
+            say(&checks::table(outcome, arguments.tolerance_report));
+        });
+        files::write_case(&arguments.out, &found[0])?;
+        outcomes.extend(found);
         // Results so far are on disk, whatever becomes of the rest.
         checks::write_tables(&arguments.out, "crosscheck", &outcomes)?;
     }
@@ -92,12 +94,13 @@ fn own(arguments: &CrosscheckArguments, file: &Path, against: &Against) -> Resul
     let setup = load(file, &arguments.changes)?;
     preflight::refuse_what_does_not_fit(&setup)?;
     against.prepare(&arguments.out)?;
-    let mut parting = String::new();
-    let outcome = Outcome::of_engines(own_case::ID, &setup.provenance.name, against.name, || {
-        let (findings, text) = own_case::run(&setup, arguments.time, against)?;
+    let (start, mut parting) = (Instant::now(), String::new());
+    let found = own_case::run(&setup, arguments.time, against).map(|(findings, text)| {
         parting = text;
-        Ok(findings)
+        findings
     });
+    let (name, seconds) = (&setup.provenance.name, start.elapsed().as_secs_f64());
+    let outcome = Outcome::new(own_case::ID, name, Some(against.name), seconds, found.into());
     match outcome.ending {
         Ending::Failed(error) => return Err(error),
         Ending::Missing(why) => return Err(Error::Input(why)),
@@ -116,7 +119,7 @@ mod tests {
 
     #[test]
     fn ids_of_the_suite_are_unique_and_fit_for_file_names() {
-        let mut ids: Vec<&str> = CASES.iter().map(|case| case.id).collect();
+        let mut ids: Vec<&str> = CASES.iter().map(|case| case.name).collect();
         ids.sort_unstable();
         ids.dedup();
         assert_eq!(ids.len(), CASES.len());

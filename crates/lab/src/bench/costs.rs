@@ -12,10 +12,8 @@ const SEGMENT: usize = 2 * size_of::<turbid::fluid::Segment>();
 /// Stages in which particles take time besides contacts and motion.
 const COUPLED: [&str; 3] = ["map", "fluid", "loads"];
 
-/// Measurements that belong together.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Samples {
-    /// Million cell updates per second.
     pub(super) mlups: Vec<f64>,
     /// The same without particles; empty without a fluid.
     pub(super) fluid_only: Vec<f64>,
@@ -26,22 +24,15 @@ pub(super) struct Samples {
 /// Costs of particles beside the fluid; `None` for what a case does not have. Nanoseconds are those of one rank.
 #[derive(Clone, Debug, Serialize)]
 pub struct Costs {
-    /// Million cell updates per second without particles, median of the samples.
     pub fluid_only_mlups: Option<f64>,
-    /// Every sample.
     pub fluid_only_mlups_samples: Vec<f64>,
-    /// Speed with particles over speed without, median of the pairs.
     pub four_way_over_fluid_only: Option<f64>,
-    /// Part of a step in the stage `dem`, mean over the ranks.
     pub dem_share: Option<f64>,
-    /// Time of a step without particles over the cells.
     pub nanoseconds_per_fluid_cell: Option<f64>,
-    /// Time that particles add to the stages `map`, `fluid` and `loads`, over the covered cells.
     pub nanoseconds_per_covered_cell: Option<f64>,
     /// Time of the stage `dem` over the contacts; `None` if these are fewer than the particles, whose motion and search for
     /// neighbours then take most of it.
     pub nanoseconds_per_contact: Option<f64>,
-    /// Part of the streaming bandwidth that populations, solid fractions of cut cells and segments use, median of the pairs.
     pub roofline_fraction_with_particles: Option<f64>,
 }
 

@@ -1,13 +1,13 @@
 //! Checks as CSV and JSON, and the plots of cases.
 
-use super::{Check, Ending, Outcome, all, judged, markdown};
+use super::{Check, Ending, Figure, Outcome, all, judged, markdown};
 use std::fs;
 use std::path::Path;
 use turbid::error::{Error, Result};
 use turbid::output::numbers::small;
 use turbid::output::picture::{Format, write_figure};
-use turbid::output::{Overlay, write_bytes};
-use turbid_plot::{Bars, Style};
+use turbid::output::write_bytes;
+use turbid_plot::{Bars, Figure as Picture};
 
 /// Creates the output directory; an error with a remedy if that is not possible.
 pub fn prepare(directory: &Path) -> Result<()> {
@@ -41,7 +41,6 @@ pub fn read_csv(text: &str) -> std::result::Result<Vec<Check>, String> {
     table.deserialize().collect::<std::result::Result<_, _>>().map_err(|error| error.to_string())
 }
 
-/// Writes [`json`] to a file.
 pub fn write_json(path: &Path, outcomes: &[Outcome]) -> Result<()> {
     write_bytes(path, json(outcomes).as_bytes())
 }
@@ -60,11 +59,9 @@ pub fn write_plots(directory: &Path, outcome: &Outcome) -> Result<()> {
     let Ending::Found(found) = &outcome.ending else {
         return Ok(());
     };
-    let other = outcome.engine.map_or("LIGGGHTS", |engine| engine.label);
-    for overlay in &found.overlays {
-        overlay.write(directory, &outcome.case, looks(overlay, other))?;
-    }
-    Ok(())
+    found.figures.iter().try_for_each(|Figure { name, chart }| {
+        write_picture(directory, &format!("{}_{name}", outcome.case), &chart.figure())
+    })
 }
 
 /// Writes `NAME.png` and `NAME.svg`, with a bar for each case: the largest part of a tolerance that one of its checks uses.
@@ -78,40 +75,11 @@ pub fn write_bars(directory: &Path, name: &str, outcomes: &[Outcome]) -> Result<
     let title = format!("native and {engine}: largest part of a tolerance that is used");
     let limit = ("limit".to_string(), 1.0, "100 %".to_string());
     let figure = Bars { title, rows: outcomes.iter().filter_map(row).chain([limit]).collect() }.figure();
-    [Format::Png, Format::Svg].into_iter().try_for_each(|format| {
-        write_figure(&directory.join(format!("{name}.{}", format.extension())), &figure, format)
-    })
+    write_picture(directory, name, &figure)
 }
 
-/// Legend and style of every curve. The reference (`reference: NAME`, or the only other one beside both engines) lies
-/// below. Curves of the `other` engine are measured; those of the native engine lie on them, with one legend if there are several.
-/// Without engines the second of two measured curves lies on the first.
-pub(super) fn looks(overlay: &Overlay, other: &str) -> Vec<(String, Style)> {
-    const STYLES: [Style; 2] = [Style::Overlaid, Style::Measured];
-    let engines = ["native", other];
-    // A name with both engines is that of a difference.
-    let engine = |name: &str| {
-        let [native, other] = engines.map(|engine| name.contains(engine));
-        (0..2).find(|&k| name.starts_with(engines[k])).filter(|_| native != other)
-    };
-    let is_other = |name: &str| engine(name).is_none() && !name.starts_with("reference");
-    let names: Vec<&str> = overlay.curves.iter().map(|(name, _)| name.as_str()).collect();
-    let count = [0, 1].map(|k| names.iter().filter(|name| engine(name) == Some(k)).count());
-    let both = count[0] > 0 && count[1] > 0;
-    let others: Vec<&str> = names.iter().copied().filter(|name| is_other(name)).collect();
-    let look = |(index, &name): (usize, &&str)| match engine(name) {
-        Some(0) if both && count[0] > 1 => (engines[0].to_string(), STYLES[0]),
-        Some(k) if both || count[k] == 1 => (name.to_string(), STYLES[k]),
-        Some(_) => (name.to_string(), Style::Measured),
-        None if !is_other(name) => {
-            (name.strip_prefix("reference: ").unwrap_or(name).to_string(), Style::Reference)
-        }
-        None if both && others.len() == 1 => (name.to_string(), Style::Reference),
-        None => {
-            let is_second = names[..index].iter().any(|name| is_other(name));
-            let overlaid = !both && others.len() == 2 && is_second;
-            (name.to_string(), if overlaid { Style::Overlaid } else { Style::Measured })
-        }
-    };
-    names.iter().enumerate().map(look).collect()
+fn write_picture(directory: &Path, name: &str, picture: &Picture) -> Result<()> {
+    [Format::Png, Format::Svg].into_iter().try_for_each(|format| {
+        write_figure(&directory.join(format!("{name}.{}", format.extension())), picture, format)
+    })
 }

@@ -88,7 +88,6 @@ pub fn cells(check: &Check) -> [String; 4] {
     [number(measured), number(reference), deviation, allowed]
 }
 
-/// A number with five digits.
 fn number(x: f64) -> String {
     numbers::number(x, 5)
 }
@@ -111,7 +110,6 @@ pub fn summary(outcomes: &[Outcome], seconds: f64) -> String {
     text
 }
 
-/// All checks as one table in markdown.
 pub fn markdown(checks: &[Check]) -> String {
     let columns = ["case", "quantity", "measured", "reference", "deviation", "tolerance", ""];
     let row = |check: &Check| {
@@ -123,7 +121,6 @@ pub fn markdown(checks: &[Check]) -> String {
     format!("Turbid {}: {score}.\n\n{}", env!("CARGO_PKG_VERSION"), markdown_table(&columns, &rows))
 }
 
-/// The verdict in markdown.
 pub fn bold_failure(check: &Check) -> String {
     if check.pass { check.verdict().to_string() } else { format!("**{}**", check.verdict()) }
 }
@@ -142,7 +139,6 @@ pub fn markdown_table(columns: &[&str], rows: &[Vec<String>]) -> String {
     format!("{head}|{}\n{}", "---|".repeat(columns.len()), rows.collect::<String>())
 }
 
-/// A text without line breaks.
 pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

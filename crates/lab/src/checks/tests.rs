@@ -1,8 +1,6 @@
 //! Claims about checks and their texts.
 
-use super::files::looks;
 use super::*;
-use turbid_plot::Style;
 
 const LIGGGHTS: EngineName = EngineName { id: "liggghts", label: "LIGGGHTS" };
 
@@ -16,13 +14,12 @@ fn check(quantity: &str, native: Option<f64>, difference: f64, tolerance: f64) -
 
 fn outcome(checks: Vec<Check>) -> Outcome {
     let found = Findings { checks, ..Findings::default() };
-    Outcome::of_engines("impact", "two spheres meet", LIGGGHTS, || Ok(found))
+    Outcome::new("impact", "two spheres meet", Some(LIGGGHTS), 0.0, Ok(found).into())
 }
 
 fn broken() -> Outcome {
-    Outcome::of_engines("crash", "a worker dies", LIGGGHTS, || {
-        Err(Error::Input("killed by signal 9\nits log".to_string()))
-    })
+    let error = Error::Input("killed by signal 9\nits log".to_string());
+    Outcome::new("crash", "a worker dies", Some(LIGGGHTS), 0.0, Ending::Failed(error))
 }
 
 #[test]
@@ -153,35 +150,4 @@ fn the_csv_has_one_row_for_each_check_and_survives_commas_and_quotes() {
     assert_eq!(rows.len(), 3);
     assert_eq!((&rows[0][1], &rows[0][7], &rows[0][6]), ("a, b", "1.25", "rounding, \"alone\""));
     assert_eq!((&rows[1][7], &rows[2][5]), ("", "false"));
-}
-
-fn overlay(names: &[&str]) -> Overlay {
-    Overlay {
-        name: "force".to_string(),
-        title: "force".to_string(),
-        axes: ["d (m)".to_string(), "F (N)".to_string()],
-        logarithmic: [false; 2],
-        curves: names.iter().map(|name| ((*name).to_string(), vec![[0.0, 0.0], [1.0, 1.0]])).collect(),
-    }
-}
-
-#[test]
-fn curves_have_the_style_of_their_engine_and_the_only_other_is_the_reference() {
-    let styles = |names: &[&str]| -> Vec<Style> {
-        let looks = looks(&overlay(names), "LIGGGHTS");
-        looks.into_iter().map(|look| look.1).collect()
-    };
-    let usual = [Style::Overlaid, Style::Measured, Style::Reference];
-    assert_eq!(styles(&["native", "LIGGGHTS", "Hertz"]), usual);
-    assert_eq!(styles(&["analytic", "native", "LIGGGHTS"]), [usual[2], usual[0], usual[1]]);
-    assert_eq!(styles(&["native - LIGGGHTS"]), [Style::Measured]);
-    assert_eq!(
-        styles(&["reference: x", "measured", "fit"]),
-        [Style::Reference, Style::Measured, Style::Overlaid]
-    );
-    assert_eq!(styles(&["a", "b", "c"]), [Style::Measured; 3]);
-    assert_eq!(styles(&["native", "LIGGGHTS", "x", "y"])[2..], [Style::Measured; 2]);
-    let two = overlay(&["native, e = 0.9", "LIGGGHTS, e = 0.9", "native, e = 0.5", "LIGGGHTS, e = 0.5"]);
-    let two: Vec<String> = looks(&two, "LIGGGHTS").into_iter().map(|look| look.0).collect();
-    assert_eq!(two, ["native", "LIGGGHTS, e = 0.9", "native", "LIGGGHTS, e = 0.5"]);
 }

@@ -1,23 +1,17 @@
 //! The engine that the native one is compared with: how it is started, what it is called, and how it is known to differ.
 
-use super::system::{SAME, System};
-use crate::checks::{EngineName, Findings, prepare};
+use super::Case;
+use super::prelude::*;
+use crate::checks::suite::Context;
+use crate::checks::{EngineName, prepare};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use turbid::case::Setup;
-use turbid::comm::Comm;
-use turbid::contact::ContactModel;
-use turbid::dem::DemEngine;
 use turbid::domain::Decomposition;
-#[cfg(feature = "liggghts")]
-use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
 use turbid::engine::process::{External, ExternalParams};
-use turbid::engine::{HAS_LIGGGHTS, ProcessOptions, liggghts_is_missing};
-use turbid::error::{Error, Result};
+use turbid::engine::{HAS_LIGGGHTS, LiggghtsOptions, ProcessOptions, liggghts_is_missing};
 use turbid::output::write_bytes;
 
-/// Stands for the name of the other engine in texts, until [`Against::judge`] puts it there.
+/// Stands for the name of the other engine in texts, until [`Against::judged`] puts it there.
 pub(super) const OTHER: &str = "OTHER";
 
 /// Longest time that a program may take for a step (s).
@@ -34,7 +28,6 @@ const PROGRAMS: [(EngineName, [&str; 2], bool); 3] = [
 pub(super) const LIGGGHTS: EngineName = EngineName { id: "liggghts", label: "LIGGGHTS" };
 const PROGRAM: EngineName = EngineName { id: "program", label: "program" };
 
-/// Files of the programs.
 const FILES: [(&str, &str); 4] = [
     ("protocol.py", include_str!("../../../../ffi/engines/protocol.py")),
     ("lammps/engine.py", include_str!("../../../../ffi/engines/lammps/engine.py")),
@@ -66,10 +59,8 @@ const NO_PULL: &str =
     "YADE's force never pulls, so its damping is stronger for the same restitution; most at e = 0.5";
 const HALF_A_STEP: &str = "positions move with the velocity after the kick: half a step ahead";
 
-/// The engine that the native one is compared with.
 #[derive(Clone, Debug)]
 pub struct Against {
-    /// Its name.
     pub name: EngineName,
     /// The program; none for LIGGGHTS.
     program: Option<ProcessOptions>,
@@ -80,7 +71,6 @@ pub struct Against {
 }
 
 impl Against {
-    /// LIGGGHTS, without a log.
     pub fn liggghts() -> Self {
         Self { name: LIGGGHTS, program: None, late: false, logs: None }
     }
@@ -129,61 +119,38 @@ impl Against {
         [LIGGGHTS].into_iter().chain(PROGRAMS.map(|(name, ..)| name)).map(|name| name.id).collect()
     }
 
-    /// The engine with a system at its start, and with the laws that most engines have.
-    pub(super) fn engine(&self, system: &System) -> Result<Box<dyn DemEngine>> {
-        if let Some(engine) = self.external(system)? {
-            return Ok(Box::new(engine));
+    /// The engine with a system at its start.
+    pub(super) fn engine(&self, system: &Setup) -> Result<Box<dyn DemEngine>> {
+        let mut system = with_usual_laws(system);
+        match (&self.program, &system.engine) {
+            (Some(program), _) => system.engine = EngineChoice::Process(program.clone()),
+            (None, EngineChoice::Liggghts(_)) => {}
+            (None, _) => system.engine = EngineChoice::Liggghts(LiggghtsOptions::default()),
         }
-        #[cfg(feature = "liggghts")]
-        {
-            let (law, damping) = SAME;
-            let contact = system.contact.clone().map(|contact| ContactModel { law, damping, ..contact });
-            let (walls, gravity, substeps) = (system.walls.clone(), system.gravity, system.substeps);
-            let log = self.log(system);
-            let params =
-                LiggghtsParams { contact, walls, gravity, substeps, log, ..system.options.params()? };
-            let (whole, templates) = (Decomposition::solo(system.domain), system.templates.clone());
-            Ok(Box::new(Liggghts::new(params, whole, &Comm::Solo, templates, &system.particles)?))
-        }
-        #[cfg(not(feature = "liggghts"))]
-        Err(liggghts_is_missing("`turbid crosscheck`"))
+        engine_of(&system, self.log(&system))
     }
 
-    /// The same, of an engine that measures overlaps itself.
+    /// A program with a system at its start that measures overlaps itself.
     ///
     /// # Errors
     /// [`Error::Unsupported`] if it does not, so that there is nothing to compare with.
-    pub(super) fn measuring(&self, system: &System) -> Result<Box<dyn DemEngine>> {
-        let engine = self.external(system)?.filter(External::measures_overlaps);
+    pub(super) fn measuring(&self, system: &Setup) -> Result<Box<dyn DemEngine>> {
         let what = "overlaps that it has measured itself".to_owned();
-        engine.map_or(Err(Error::Unsupported { engine: "other", what }), |engine| Ok(Box::new(engine)))
-    }
-
-    /// The program with a system at its start; none for LIGGGHTS.
-    fn external(&self, system: &System) -> Result<Option<External>> {
-        let Some(program) = &self.program else { return Ok(None) };
+        let unsupported = Error::Unsupported { engine: "other", what };
+        let Some(program) = &self.program else { return Err(unsupported) };
         let params = ExternalParams {
-            contact: system.contact.clone().map(|contact| {
-                let (law, damping) = SAME;
-                ContactModel { law, damping, ..contact }
-            }),
+            contact: with_usual_laws(system).contact,
             walls: system.walls.clone(),
-            gravity: system.gravity,
             substeps: system.substeps,
             ..program.params(self.log(system), Arc::default())
         };
-        let whole = Decomposition::solo(system.domain);
-        External::new(params, whole, &Comm::Solo, system.templates.clone(), &system.particles).map(Some)
+        let (whole, templates) = (Decomposition::solo(system.domain), system.templates.clone());
+        let engine = External::new(params, whole, &Comm::Solo, templates, &system.particles)?;
+        if engine.measures_overlaps() { Ok(Box::new(engine)) } else { Err(unsupported) }
     }
 
-    fn log(&self, system: &System) -> Option<PathBuf> {
-        self.logs.as_ref().map(|logs| logs.join(format!("{}.log", system.name)))
-    }
-
-    /// The reason why a case says nothing of this engine, if it does not.
-    pub(super) fn lacks(&self, case: &str) -> Option<&'static str> {
-        (self.name.id == "python" && case != "free-flight")
-            .then_some("the template has linear springs and no friction, and tests all pairs")
+    fn log(&self, system: &Setup) -> Option<PathBuf> {
+        self.logs.as_ref().map(|logs| logs.join(format!("{}.log", system.provenance.name)))
     }
 
     /// The reason why its contacts of such a case have other laws whatever it is told, if so.
@@ -198,7 +165,7 @@ impl Against {
     }
 
     /// Puts the name of the engine into all texts of a case, and judges checks by the difference that is known, where one is.
-    pub(super) fn judge(&self, case: &str, mut found: Findings) -> Findings {
+    pub(super) fn judged(&self, case: &str, mut found: Findings) -> Findings {
         let name = |text: &mut String| *text = text.replace(OTHER, self.name.label);
         for check in &mut found.checks {
             let is = |(engine, of, quantity, ..): &&(&str, &str, &str, f64, f64, &str)| {
@@ -213,10 +180,34 @@ impl Against {
             name(&mut check.quantity);
             name(&mut check.source);
         }
-        for overlay in &mut found.overlays {
-            name(&mut overlay.title);
-            overlay.curves.iter_mut().for_each(|(curve, _)| name(curve));
+        for chart in found.figures.iter_mut().map(|figure| &mut figure.chart) {
+            name(&mut chart.title);
+            chart.panels[0].series.iter_mut().for_each(|series| name(&mut series.label));
         }
         found
+    }
+}
+
+/// A system with the laws that most engines have.
+fn with_usual_laws(system: &Setup) -> Setup {
+    let mut system = system.clone();
+    if let Some(contact) = &mut system.contact {
+        (contact.law, contact.damping) = SAME;
+    }
+    system
+}
+
+impl Context for Against {
+    fn engine(&self) -> Option<EngineName> {
+        Some(self.name)
+    }
+
+    fn lacks(&self, case: &Case) -> Option<&'static str> {
+        (self.name.id == "python" && case.name != "free-flight")
+            .then_some("the template has linear springs and no friction, and tests all pairs")
+    }
+
+    fn judge(&self, case: &Case, found: Findings) -> Findings {
+        self.judged(case.name, found)
     }
 }

@@ -1,9 +1,6 @@
 //! Differences of both engines and theory, as checks and plots.
 
-use crate::checks::{Check, Findings, Moment};
-use std::sync::Arc;
-use turbid::output::Overlay;
-use turbid::particle::{Particle, Template};
+use super::prelude::*;
 
 /// Largest admissible difference, and the reason for it.
 pub(super) type Limit = (f64, &'static str);
@@ -11,13 +8,10 @@ pub(super) type Limit = (f64, &'static str);
 /// Values of a quantity: native, the other engine, analytic.
 pub(super) type Values = [Option<f64>; 3];
 
-/// Points of a curve.
 pub(super) type Points = Vec<[f64; 2]>;
 
-/// Values that are compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Between {
-    /// The engines.
     Engines,
     /// Theory and the engine that is further from it.
     Theory,
@@ -60,9 +54,22 @@ impl Findings {
         let unit = values[2].or(values[1]).map_or(f64::NAN, f64::abs);
         self.given(quantity, values, difference(values, between) / unit, limit);
     }
+
+    /// Adds a plot of the native engine, which lies on the other one, and of theory under its name.
+    pub(super) fn plot_both(
+        &mut self,
+        name: impl Into<String>,
+        title: impl Into<String>,
+        axes: [&str; 2],
+        [native, other]: [Points; 2],
+        theory: Option<(&str, Points)>,
+    ) -> &mut Figure {
+        let theory = theory.map(|(name, points)| reference(name, points));
+        let engines = [overlaid("native", native), measured("OTHER", other)];
+        self.plot(name, title, axes, engines.into_iter().chain(theory))
+    }
 }
 
-/// The largest absolute difference.
 fn difference([native, other, analytic]: Values, between: Between) -> f64 {
     let pairs = [(native, analytic), (other, analytic), (native, other)];
     let pairs = match between {
@@ -77,18 +84,6 @@ fn difference([native, other, analytic]: Values, between: Between) -> f64 {
 pub(super) fn worst(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
     numbers.into_iter().reduce(larger).unwrap_or(f64::NAN)
-}
-
-/// A plot of both engines, and of theory under its name.
-pub(super) fn overlay(
-    name: impl Into<String>,
-    title: impl Into<String>,
-    axes: [&str; 2],
-    [native, other]: [Points; 2],
-    theory: Option<(&str, Points)>,
-) -> Overlay {
-    let engines = [("native", native), ("OTHER", other)];
-    Overlay::new(name, title, axes, engines.into_iter().chain(theory))
 }
 
 /// Every n-th point, so that about `most` of them are left, and the last one.

@@ -7,14 +7,9 @@
 //! ```
 
 use super::prelude::*;
-use super::system::{DENSITY, State, state};
-use turbid::comm::Comm;
-use turbid::dem::Load;
 
-/// Steps, each with its load.
 const STEPS: usize = 500;
 
-/// Length of a step (s).
 const STEP: f64 = 1e-5;
 
 const EXACT: Limit =
@@ -38,13 +33,14 @@ fn states(particles: &[Particle]) -> [State; 2] {
 }
 
 /// The exact flight, at the start and after every step.
-fn exact(system: &System, loads: &[[Load; 2]]) -> Vec<[State; 2]> {
+fn exact(system: &Setup, loads: &[[Load; 2]]) -> Vec<[State; 2]> {
     let mut frames = vec![states(&system.particles)];
     for loads in loads {
         let last = frames[frames.len() - 1];
         frames.push([0, 1].map(|id| {
             let [x, v, w] = last[id];
-            let (mass, inertia) = (system.mass(id), 0.4 * system.mass(id) * system.radius(id).powi(2));
+            let mass = mass(system, id);
+            let inertia = 0.4 * mass * radius(system, id).powi(2);
             let acceleration = loads[id].force / mass;
             [
                 x + (v + acceleration * (0.5 * STEP)) * STEP,
@@ -56,7 +52,6 @@ fn exact(system: &System, loads: &[[Load; 2]]) -> Vec<[State; 2]> {
     frames
 }
 
-/// The flight in an engine.
 fn flight(mut engine: Box<dyn DemEngine>, loads: &[[Load; 2]]) -> Result<Vec<[State; 2]>> {
     let mut frames = vec![states(engine.particles().owned())];
     for loads in loads {
@@ -66,18 +61,16 @@ fn flight(mut engine: Box<dyn DemEngine>, loads: &[[Load; 2]]) -> Result<Vec<[St
     Ok(frames)
 }
 
-/// Constant and random loads, with 1 and 10 sub-steps.
-pub(super) fn loaded(against: &Against) -> Result<Findings> {
-    let mut findings = Findings::default();
+pub(super) fn loaded(against: &Against, findings: &mut Findings) -> Result<()> {
     for (kind, substeps) in [("constant", 1), ("constant", 10), ("random", 1), ("random", 10)] {
-        let mut system = System::glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
+        let mut system = glass(format!("free-flight-{kind}-{substeps}"), 1.0, 0.0, SAME);
         system.substeps = substeps;
-        let (velocity, spin) = (Vec3::new(0.1, -0.05, 0.02), Vec3::new(10.0, 20.0, -5.0));
-        system.add(0, Vec3::repeat(3e-3), velocity, spin);
-        system.add(0, Vec3::repeat(7e-3), Vec3::zeros(), Vec3::zeros());
+        let velocity = Vec3::new(0.1, -0.05, 0.02);
+        add(&mut system, 0, Vec3::repeat(3e-3), velocity).angular_velocity = [10.0, 20.0, -5.0];
+        add(&mut system, 0, Vec3::repeat(7e-3), Vec3::zeros());
         let loads = loads(kind == "random");
         let exact = exact(&system, &loads);
-        let [native, other] = [system.native()?, against.engine(&system)?];
+        let [native, other] = [native(&system)?, against.engine(&system)?];
         let (native, other) = (flight(native, &loads)?, flight(other, &loads)?);
         for (i, name) in ["position (m)", "velocity (m/s)", "spin (1/s)"].into_iter().enumerate() {
             let all =
@@ -98,14 +91,14 @@ pub(super) fn loaded(against: &Against) -> Result<Findings> {
                 let points = frames.iter().enumerate();
                 points.map(|(k, frame)| [k as f64 * STEP * 1e3, frame[0][1].x]).collect()
             };
-            findings.overlays.push(overlay(
+            findings.plot_both(
                 "velocity",
                 "Free flight under random loads, 10 sub-steps",
                 ["time (ms)", "velocity along x (m/s)"],
                 [&native, &other].map(curve),
                 Some(("exact", curve(&exact))),
-            ));
+            );
         }
     }
-    Ok(findings)
+    Ok(())
 }

@@ -1,8 +1,6 @@
 //! Head-on impacts of glass spheres on others at rest and on a wall, elastic and damped, under both laws of the native engine.
 
-use super::compare::thinned;
 use super::prelude::*;
-use super::system::{Laws, OWN};
 use super::theory::{Damping, Impact, Instant, cap_ratio, dashpot, impact, lens_ratio};
 
 /// Steps per duration of an elastic impact; of a damped one, at the largest of its [`SPEEDS`].
@@ -30,10 +28,8 @@ const END: Limit = (1.0, "between the engines: the same step, or one beside it")
 struct HeadOn {
     name: String,
     restitution: f64,
-    /// Speed (m/s).
     speed: f64,
     wall: bool,
-    /// Time step (s).
     dt: f64,
     /// Recorded time over the duration of the elastic impact.
     durations: f64,
@@ -54,20 +50,19 @@ impl HeadOn {
         Self { name, restitution, speed, wall: false, dt, durations }
     }
 
-    fn system(&self, laws: Laws) -> System {
-        let mut system = System::glass(&self.name, self.restitution, 0.0, laws);
+    fn system(&self, laws: Laws) -> Setup {
+        let mut system = glass(&self.name, self.restitution, 0.0, laws);
         if self.wall {
             system.walls.push(plane(2, 0.0, true));
-            system.add(0, Vec3::new(5e-3, 5e-3, RADIUS), Vec3::z() * -self.speed, Vec3::zeros());
+            add(&mut system, 0, Vec3::new(5e-3, 5e-3, RADIUS), Vec3::z() * -self.speed);
         } else {
             let at = Vec3::new(4e-3, 2e-3, 5e-3);
-            system.add(0, at, Vec3::x() * self.speed, Vec3::zeros());
-            system.add(0, at + Vec3::x() * (2.0 * RADIUS), Vec3::zeros(), Vec3::zeros());
+            add(&mut system, 0, at, Vec3::x() * self.speed);
+            add(&mut system, 0, at + Vec3::x() * (2.0 * RADIUS), Vec3::zeros());
         }
         system
     }
 
-    /// Depth of the overlap (m).
     fn depth(&self, frame: &[Particle]) -> f64 {
         if self.wall {
             return RADIUS - frame[0].position[2];
@@ -85,8 +80,8 @@ impl HeadOn {
     /// Tracks of the native engine with the law of the other engine, of the other engine, and of the native engine with its own law.
     fn record(&self, against: &Against) -> Result<[Track; 3]> {
         let steps = (hertz(self.wall).duration(self.speed) / self.dt * self.durations).round() as usize;
-        let [native, other] = self.system(SAME).record(against, self.dt, steps)?;
-        Ok([native, other, Track::of(self.system(OWN).native()?, self.dt, steps)?])
+        let [same, other] = record(&self.system(SAME), against, self.dt, steps)?;
+        Ok([same, other, Track::of(native(&self.system(OWN))?, self.dt, steps)?])
     }
 
     /// The integral of the law of the other engine (0) or of that of the native engine (1).
@@ -132,8 +127,7 @@ impl HeadOn {
 }
 
 /// Impacts without damping: restitution, momentum, duration, depth and path.
-pub(super) fn elastic(against: &Against) -> Result<Findings> {
-    let mut findings = Findings::default();
+pub(super) fn elastic(against: &Against, findings: &mut Findings) -> Result<()> {
     for (law, label) in ["hertz", "volume"].into_iter().enumerate() {
         for speed in [1.0, 0.1] {
             let hertz = hertz(false);
@@ -153,7 +147,7 @@ pub(super) fn elastic(against: &Against) -> Result<Findings> {
             let theory = [[own.duration, own.deepest], [hertz.duration(speed), hertz.deepest(speed)]];
             for (i, name) in ["native", "OTHER"].into_iter().enumerate() {
                 let what = format!("{what}, {name}");
-                case.check_shape(&mut findings, &what, (i, &tracks[i]), theory[i], ELASTIC_SHAPE);
+                case.check_shape(findings, &what, (i, &tracks[i]), theory[i], ELASTIC_SHAPE);
             }
             let spheres = tracks[0].frames.iter().flatten().zip(tracks[1].frames.iter().flatten());
             let apart = worst(spheres.map(|(a, b)| (a.position() - b.position()).norm()));
@@ -170,22 +164,21 @@ pub(super) fn elastic(against: &Against) -> Result<Findings> {
                 thinned(frames.map(|(k, frame)| [track.time(k) * 1e6, case.depth(frame) * 1e6]), 400)
             };
             let analytic = own.history.iter().map(|i| [i.time * 1e6, i.depth * 1e6]);
-            findings.overlays.push(overlay(
+            findings.plot_both(
                 format!("depth_{label}_{speed}"),
                 format!("Elastic head-on impact at {speed} m/s, {label} law"),
                 ["time (us)", "depth (um)"],
                 tracks.each_ref().map(curve),
                 Some(("theory", thinned(analytic, 400))),
-            ));
+            );
         }
     }
-    Ok(findings)
+    Ok(())
 }
 
 /// Restitution over speeds, with both laws of the native engine.
-pub(super) fn restitutions(against: &Against) -> Result<Findings> {
-    let mut findings = Findings::default();
-    let mut curves = vec![Vec::new(); 4];
+pub(super) fn restitutions(against: &Against, findings: &mut Findings) -> Result<()> {
+    let mut curves = [const { Points::new() }; 4];
     for e in E {
         let tolerance = if e > 0.5 { 2e-4 } else { 4e-4 };
         for speed in SPEEDS {
@@ -208,53 +201,55 @@ pub(super) fn restitutions(against: &Against) -> Result<Findings> {
             }
         }
     }
-    let names = ["native, tsuji", "OTHER", "native, hunt_crossley", "hunt_crossley, theory"];
-    findings.overlays.push(Overlay::new(
+    let [same, other, own, theory] = curves;
+    findings.plot(
         "off",
         format!("Restitution measured minus set, {STEPS} steps per contact, 1 m/s"),
         ["restitution set", "measured minus set"],
-        names.into_iter().zip(curves),
-    ));
-    Ok(findings)
+        [
+            overlaid("native", same),
+            measured("OTHER", other),
+            overlaid("native", own),
+            reference("hunt_crossley, theory", theory),
+        ],
+    );
+    Ok(())
 }
 
 /// Duration and largest depth, each engine against the integral of its own law.
-pub(super) fn shapes(against: &Against) -> Result<Findings> {
-    let mut findings = Findings::default();
+pub(super) fn shapes(against: &Against, findings: &mut Findings) -> Result<()> {
     for e in E {
         let case = HeadOn::damped("duration", e, SPEEDS[0], 1.3);
-        case.check_shapes(&mut findings, &format!("e = {e}, "), &case.record(against)?);
+        case.check_shapes(findings, &format!("e = {e}, "), &case.record(against)?);
     }
-    Ok(findings)
+    Ok(())
 }
 
-/// A sphere hits a wall.
-pub(super) fn wall(against: &Against) -> Result<Findings> {
+pub(super) fn wall(against: &Against, findings: &mut Findings) -> Result<()> {
     let (e, speed) = (0.8, 1.0);
     let dt = hertz(true).duration(speed) / STEPS;
     let case = HeadOn { name: "wall-impact".into(), restitution: e, speed, wall: true, dt, durations: 1.3 };
     let tracks = case.record(against)?;
-    let mut findings = Findings::default();
     let [same, other, own] = tracks.each_ref().map(|track| Some(case.rebound(track)));
     let limit = (2e-4, SET);
     let values = [same, other, Some(e)];
     findings.compare(format!("restitution, e = {e}, tsuji (-)"), values, Between::All, limit);
     let values = [own, None, Some(case.theory(1).restitution)];
     findings.compare(format!("restitution, e = {e}, hunt_crossley (-)"), values, Between::Theory, limit);
-    case.check_shapes(&mut findings, "", &tracks);
+    case.check_shapes(findings, "", &tracks);
     let curve = |track: &Track| {
         let frames = 0..track.frames.len() - 1;
         thinned(frames.map(|k| [track.time(k) * 1e6, track.force(k, 0).z]), 500)
     };
     let theory = case.theory(0).history.into_iter().map(|i| [i.time * 1e6, i.force]);
-    findings.overlays.push(overlay(
+    findings.plot_both(
         "force",
         format!("A sphere hits a wall at {speed} m/s, e = {e}"),
         ["time (us)", "force (N)"],
         [curve(&tracks[0]), curve(&tracks[1])],
         Some(("theory", thinned(theory, 500))),
-    ));
-    Ok(findings)
+    );
+    Ok(())
 }
 
 /// The whole history of the force of damped impacts under the law of the other engine in both engines: against each other, and against the
@@ -263,8 +258,7 @@ pub(super) fn wall(against: &Against) -> Result<Findings> {
 /// ```text
 /// F = K d^(3/2) + sqrt(5) beta sqrt(m* K) d^(1/4) v
 /// ```
-pub(super) fn histories(against: &Against) -> Result<Findings> {
-    let mut findings = Findings::default();
+pub(super) fn histories(against: &Against, findings: &mut Findings) -> Result<()> {
     for e in [0.9, 0.7, 0.5] {
         let case = HeadOn::damped("force-history", e, SPEEDS[0], 1.25);
         let [native, other, _] = case.record(against)?;
@@ -302,14 +296,14 @@ pub(super) fn histories(against: &Against) -> Result<Findings> {
                 thinned(touching.map(|instant| [of(&instant) * 1e6, instant.force]), 500)
             };
             let analytic = theory.history.iter().map(|instant| [of(instant) * 1e6, instant.force]);
-            findings.overlays.push(overlay(
+            findings.plot_both(
                 format!("{name}_{e}"),
                 format!("Damped head-on impact at {} m/s, e = {e}", case.speed),
                 [axis, "force (N)"],
                 [engine(0), engine(1)],
                 Some(("theory", thinned(analytic, 500))),
-            ));
+            );
         }
     }
-    Ok(findings)
+    Ok(())
 }

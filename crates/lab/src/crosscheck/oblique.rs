@@ -3,7 +3,6 @@
 //! Only gross sliding is compared: where surfaces stick, the other engine has a tangential spring and the native engine has none.
 
 use super::prelude::*;
-use super::system::state;
 use super::theory::slide;
 
 /// Steps per duration of the impact.
@@ -36,22 +35,21 @@ struct Throw {
 }
 
 impl Throw {
-    /// In the x-y plane, without spin.
     fn plane(what: &'static str, velocity: [f64; 2], friction: f64) -> Self {
         Self { what, normal: Vec3::x(), across: Vec3::y(), velocity, spins: [Vec3::zeros(); 2], friction }
     }
 
-    /// Runs it in all three ways.
     fn run(self, name: &str, against: &Against) -> Result<Outcome> {
-        let mut system = System::glass(name, 1.0, self.friction, SAME);
+        let mut system = glass(name, 1.0, self.friction, SAME);
         let at = Vec3::repeat(5e-3);
         let velocity = self.normal * self.velocity[0] + self.across * self.velocity[1];
-        system.add(0, at, velocity, self.spins[0]);
-        system.add(0, at + self.normal * (2.0 * RADIUS), Vec3::zeros(), self.spins[1]);
-        let mass = system.mass(0);
+        let [spin, other] = self.spins.map(Into::into);
+        add(&mut system, 0, at, velocity).angular_velocity = spin;
+        add(&mut system, 0, at + self.normal * (2.0 * RADIUS), Vec3::zeros()).angular_velocity = other;
+        let mass = mass(&system, 0);
         let hertz = Hertz::pair([mass; 2], [RADIUS; 2], [&GLASS; 2]);
         let dt = hertz.duration(self.velocity[0]) / STEPS as f64;
-        let tracks = system.record(against, dt, STEPS * 5 / 4)?;
+        let tracks = record(&system, against, dt, STEPS * 5 / 4)?;
         let start = [0, 1].map(|id| state(&system.particles[id]));
         let theory = slide(start, RADIUS, mass, &hertz, self.friction);
         let ends = [0, 1].map(|id| {
@@ -62,10 +60,9 @@ impl Throw {
     }
 }
 
-/// A throw after its impact.
 struct Outcome {
     throw: Throw,
-    system: System,
+    system: Setup,
     /// Native, the other engine.
     tracks: [Track; 2],
     /// Velocity and spin at the end by sphere; native, the other engine, theory.
@@ -96,7 +93,7 @@ impl Outcome {
 
     /// Largest change of the sums of momentum and angular momentum over the values at the start, in an engine.
     fn drift(&self, engine: usize) -> f64 {
-        let mass = self.system.mass(0);
+        let mass = mass(&self.system, 0);
         let middle = 0.5 * (self.system.particles[0].position() + self.system.particles[1].position());
         let inertia = 0.4 * mass * RADIUS * RADIUS;
         let sums = |frame: &[Particle]| {
@@ -139,32 +136,31 @@ impl Outcome {
     }
 
     /// Force along and across the normal over time.
-    fn plot(&self, name: &str) -> Overlay {
+    fn plot(&self, findings: &mut Findings, name: &str) {
         let curve = |engine: usize, across: bool| {
             let track = &self.tracks[engine];
             let frames = (0..track.frames.len() - 1).step_by(4);
-            let points = frames.map(|k| {
+            frames.map(move |k| {
                 let [along, size] = self.force(engine, k);
                 [track.time(k) * 1e6, if across { size / self.throw.friction } else { -along }]
-            });
-            points.collect()
+            })
         };
-        Overlay::new(
+        findings.plot(
             name,
             format!("Gross sliding, {}", self.throw.what),
             ["time (us)", "force (N)"],
             [
-                ("native, along", curve(0, false)),
-                ("OTHER, along", curve(1, false)),
-                ("native, across / mu", curve(0, true)),
-                ("OTHER, across / mu", curve(1, true)),
+                overlaid("native", curve(0, false)),
+                measured("OTHER, along", curve(1, false)),
+                overlaid("native", curve(0, true)),
+                measured("OTHER, across / mu", curve(1, true)),
             ],
-        )
+        );
     }
 }
 
 /// Several angles and coefficients of friction, in the plane and askew.
-pub(super) fn sliding(against: &Against) -> Result<Findings> {
+pub(super) fn sliding(against: &Against, findings: &mut Findings) -> Result<()> {
     let tangent = |degrees: f64| degrees.to_radians().tan();
     let askew = Throw {
         normal: Vec3::new(0.48, -0.6, 0.64),
@@ -178,12 +174,11 @@ pub(super) fn sliding(against: &Against) -> Result<Findings> {
         askew,
         Throw::plane("75 degrees, mu = 0.3", [1.0, tangent(75.0)], 0.3),
     ];
-    let mut findings = Findings::default();
     for (n, throw) in throws.into_iter().enumerate() {
         let outcome = throw.run(&format!("sliding-{n}"), against)?;
-        outcome.check(&mut findings);
+        outcome.check(findings);
         if throw.friction > 0.0 {
-            findings.overlays.push(outcome.plot(&format!("force_{n}")));
+            outcome.plot(findings, &format!("force_{n}"));
         }
         if n == 1 {
             let [native, other] = &outcome.tracks;
@@ -191,16 +186,15 @@ pub(super) fn sliding(against: &Against) -> Result<Findings> {
             findings.moments = moments(&outcome.system.templates, frames, |k| native.time(k), 40);
         }
     }
-    Ok(findings)
+    Ok(())
 }
 
 /// So slow that the spheres are nearly rigid.
-pub(super) fn rigid(against: &Against) -> Result<Findings> {
+pub(super) fn rigid(against: &Against, findings: &mut Findings) -> Result<()> {
     let (speed, friction) = (0.01, 0.1);
     let throw = Throw::plane("45 degrees, mu = 0.1, 0.01 m/s", [speed, speed], friction);
     let outcome = throw.run("near-rigid", against)?;
-    let mut findings = Findings::default();
-    outcome.check(&mut findings);
+    outcome.check(findings);
     // Rigid spheres of equal mass exchange their speeds along the normal; the impulse mu m v across it brakes, and spins.
     let limit = [
         (Vec3::y() * (speed * (1.0 - friction)), "first"),
@@ -215,15 +209,14 @@ pub(super) fn rigid(against: &Against) -> Result<Findings> {
     let [native, other, _] = outcome.ends[0].map(|[_, spin]| spin.z);
     let values = [native, other, -2.5 * friction * speed / RADIUS].map(Some);
     findings.compare_relative("spin against rigid spheres (1/s)", values, Between::Theory, RIGID);
-    Ok(findings)
+    Ok(())
 }
 
 /// Spheres that spin when they meet head-on: about axes across, and along the normal.
-pub(super) fn spin(against: &Against) -> Result<Findings> {
+pub(super) fn spin(against: &Against, findings: &mut Findings) -> Result<()> {
     let spinning = |what, spins: [Vec3; 2]| Throw { spins, ..Throw::plane(what, [1.0, 0.0], 0.1) };
     // The surface of the first passes that of the second at 2 m/s.
     let turning = Vec3::z() * 4e3;
-    let mut findings = Findings::default();
     for (n, throw) in [
         spinning("top spin of the first, mu = 0.1", [turning, Vec3::zeros()]),
         spinning("the same spin of both, mu = 0.1", [turning; 2]),
@@ -232,12 +225,12 @@ pub(super) fn spin(against: &Against) -> Result<Findings> {
     .enumerate()
     {
         let outcome = throw.run(&format!("spin-{n}"), against)?;
-        outcome.check(&mut findings);
-        findings.overlays.push(outcome.plot(&format!("force_{n}")));
+        outcome.check(findings);
+        outcome.plot(findings, &format!("force_{n}"));
     }
     let axial = spinning("spin about the normal, mu = 0.1", [Vec3::x() * 4e3, Vec3::x() * -1e3]);
     let spins = axial.run("spin-axial", against)?.ends[0].map(|[_, spin]| Some(spin.x));
     let quantity = "spin about the normal of the first (1/s)";
     findings.compare_relative(quantity, spins, Between::All, UNTOUCHED);
-    Ok(findings)
+    Ok(())
 }

@@ -8,21 +8,16 @@
 
 mod nearby;
 
-use super::pair::{PARTED, Pair, QUANTITIES};
+use super::pair::{PARTED, Pair, QUANTITIES, Recording};
 use super::prelude::*;
-use super::record::record;
 use crate::checks::aligned;
 use std::fmt::Write as _;
-use turbid::contact::{DampingLaw, ElasticLaw};
-use turbid::error::Error;
 use turbid::output::numbers::small;
 
-/// Id of a user's case in reports.
 pub const ID: &str = "own_case";
 
-/// Bytes of memory that recorded loads may take, and of one load while it is recorded.
+/// Bytes of memory that recorded loads may take.
 const MOST_BYTES: f64 = 4e9;
-const BYTES: f64 = 112.0;
 
 const COMPLETE: Limit = (0.0, "both engines must come to the end; the text below says why one does not");
 const UNTOUCHED: Limit = (0.0, "one at least: without, the engines are compared in free flight only");
@@ -55,15 +50,15 @@ pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findi
         return Err(Error::Input(format!("the cross-check is of contacts without lubrication; {remedy}")));
     }
     let steps = steps(setup, time)?;
-    let recorded = setup.fluid.as_ref().map(|_| record(setup, steps)).transpose()?;
+    let recorded = setup.fluid.as_ref().map(|_| Recording::of(setup, steps)).transpose()?;
     let mut pair = Pair::start(setup, ID, against)?;
-    pair.run(steps, recorded.as_ref(), |_| {});
+    pair.run(steps, recorded.as_ref());
     let mut findings = Findings::default();
     let [native, other] = pair.steps.map(|done| done as f64);
     let missing = steps as f64 - native.min(other);
     findings.given("steps done", [native, other, steps as f64].map(Some), missing, COMPLETE);
     if let Some(recorded) = recorded.as_ref().filter(|_| pair.steps[0] == steps) {
-        pair.check_repeats(&mut findings, "", recorded);
+        pair.check_repeats(&mut findings, recorded);
     }
     for (quantity, largest) in QUANTITIES.iter().zip(pair.largest) {
         findings.given(format!("largest difference of {quantity} (-)"), [None; 3], largest, LARGEST);
@@ -71,11 +66,11 @@ pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findi
     if pair.first_contact == [None; 2] {
         findings.given("contacts that began (-)", [Some(0.0), Some(0.0), None], f64::NAN, UNTOUCHED);
     } else {
-        pair.report_begun(&mut findings, "");
+        pair.report_begun(&mut findings);
     }
     let same = nearby::verdict(setup, steps, recorded.as_ref(), against, &mut findings)?;
     let text = parting(setup, &pair) + &same + &notes(setup, &pair, against.name.label);
-    Ok((against.judge(ID, findings), text))
+    Ok((against.judged(ID, findings), text))
 }
 
 /// Steps in `time`, or to the end of the case.
@@ -87,7 +82,7 @@ fn steps(setup: &Setup, time: Option<f64>) -> Result<u64> {
             return Err(Error::Input(format!("--time {time} is not a time above 0, in seconds")));
         }
     };
-    let each = BYTES * setup.particles.len() as f64;
+    let each = (size_of::<Load>() * setup.particles.len()) as f64;
     if setup.fluid.is_some() && each * steps as f64 > MOST_BYTES {
         let most = (MOST_BYTES / each).floor();
         return Err(Error::Input(format!(

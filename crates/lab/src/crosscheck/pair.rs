@@ -1,9 +1,8 @@
 //! Two engines side by side, step by step.
 
 use super::prelude::*;
-use super::record::Recording;
-use turbid::comm::Comm;
-use turbid::dem::Load;
+use turbid::fluid::Precision;
+use turbid::simulation::Session;
 
 /// Particles that differ by more than this part of the unit of a quantity have parted.
 pub(super) const PARTED: f64 = 1e-3;
@@ -14,6 +13,27 @@ pub(super) const QUANTITIES: [&str; 3] = ["position / D", "velocity / u_max", "s
 const REPEATS: Limit = (0.0, "the native engine under recorded loads repeats the recorded run bit for bit");
 const BEGUN: Limit =
     (f64::INFINITY, "reported only: the native engine looks at every sub-step, OTHER at every step");
+
+/// Loads of the fluid on the particles of a four-way run with the native engine, in double precision.
+#[derive(Clone, Debug)]
+pub(super) struct Recording {
+    /// Step by step, ascending by the id of the particle.
+    pub(super) loads: Vec<Vec<Load>>,
+    pub(super) last: Vec<Particle>,
+}
+
+impl Recording {
+    /// Of this number of steps of a case, on as many ranks as it asks for.
+    pub(super) fn of(setup: &Setup, steps: u64) -> Result<Self> {
+        let mut setup = setup.clone();
+        (setup.plan.precision, setup.engine) = (Precision::F64, EngineChoice::Native);
+        let session = Session::new(setup)?;
+        let step = |_| session.advance(1).and_then(|()| session.loads());
+        let loads = (0..steps).map(step).collect::<Result<_>>()?;
+        session.check()?;
+        Ok(Self { loads, last: session.particles()? })
+    }
+}
 
 /// The first difference above [`PARTED`], in the unit of the quantity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,9 +51,7 @@ pub(super) struct Pair {
     engines: [Box<dyn DemEngine>; 2],
     domain: Domain,
     dt: f64,
-    /// By template (m).
     diameters: Vec<f64>,
-    /// Steps that each engine did.
     pub(super) steps: [u64; 2],
     /// Engines that failed, and how.
     pub(super) failures: Vec<(usize, String)>,
@@ -50,10 +68,11 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Both engines with the particles of a case; the log of the other engine goes to the directory, if there is one.
+    /// Both engines with the particles of a case, under another name.
     pub(super) fn start(setup: &Setup, name: &str, against: &Against) -> Result<Self> {
-        let system = System::of(name, setup);
-        Ok(Self::new(setup, [system.native()?, against.engine(&system)?]))
+        let mut system = setup.clone();
+        system.provenance.name = name.to_string();
+        Ok(Self::new(setup, [native(&system)?, against.engine(&system)?]))
     }
 
     /// Native engine and the other engine, which hold the particles of the case.
@@ -82,20 +101,14 @@ impl Pair {
         self.engines[engine].particles().owned()
     }
 
-    /// Advances both under the recorded loads, or without loads, until one fails; calls `after` after every step.
-    pub(super) fn run(&mut self, steps: u64, recorded: Option<&Recording>, mut after: impl FnMut(&Self)) {
-        for step in 0..steps {
-            if !self.step(step, recorded) {
-                break;
-            }
-            after(self);
-        }
+    /// Advances both under the recorded loads, or without loads, until one fails.
+    pub(super) fn run(&mut self, steps: u64, recorded: Option<&Recording>) {
+        let _ = (0..steps).all(|step| self.step(step, recorded));
     }
 
-    /// Advances both by a step; returns false if one has failed.
     pub(super) fn step(&mut self, step: u64, recorded: Option<&Recording>) -> bool {
         let none = vec![Load::default(); self.particles(0).len()];
-        let loads = recorded.map_or(&none[..], |recorded| recorded.loads(step));
+        let loads = recorded.map_or(&none, |recorded| &recorded.loads[step as usize]);
         for engine in 0..2 {
             match self.engines[engine].advance(&Comm::Solo, loads, self.dt) {
                 Ok(()) => self.steps[engine] += 1,
@@ -109,7 +122,6 @@ impl Pair {
         whole
     }
 
-    /// Updates the differences after a step.
     fn observe(&mut self) {
         let (mut speed, mut spin) = (self.speed, self.spin);
         let mut apart = [(0.0, 0); 3];
@@ -153,21 +165,20 @@ impl Pair {
     }
 
     /// Checks that the native engine repeats the recorded run.
-    pub(super) fn check_repeats(&self, findings: &mut Findings, what: &str, recorded: &Recording) {
+    pub(super) fn check_repeats(&self, findings: &mut Findings, recorded: &Recording) {
         let different = recorded.last.iter().zip(self.particles(0)).filter(|(a, b)| a != b).count();
-        let quantity = format!("{what}particles that do not repeat the recorded run (-)");
+        let quantity = "particles that do not repeat the recorded run (-)";
         findings.given(quantity, [None; 3], different as f64, REPEATS);
     }
 
-    /// Contacts that have begun in each engine.
-    pub(super) fn begun(&self) -> [u64; 2] {
-        self.engines.each_ref().map(|engine| engine.contacts().begun)
+    pub(super) fn begun(&self) -> [f64; 2] {
+        self.engines.each_ref().map(|engine| engine.contacts().begun as f64)
     }
 
     /// Reports the contacts that have begun in both engines.
-    pub(super) fn report_begun(&self, findings: &mut Findings, what: &str) {
-        let [native, other] = self.begun().map(|count| count as f64);
+    pub(super) fn report_begun(&self, findings: &mut Findings) {
+        let [native, other] = self.begun();
         let values = [Some(native), Some(other), None];
-        findings.given(format!("{what}contacts that began (-)"), values, (native - other).abs(), BEGUN);
+        findings.given("contacts that began (-)", values, (native - other).abs(), BEGUN);
     }
 }

@@ -3,24 +3,16 @@
 //! Bodies without forces are brought together from where they are apart, since programs follow contacts from step to step.
 
 use super::prelude::*;
-use super::system::OWN;
-use crate::crosscheck::compare::Values;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_4, PI, TAU};
-use std::sync::Arc;
-use turbid::comm::Comm;
 use turbid::contact::{Body, Geometry, GrownShape, overlap};
-use turbid::dem::Load;
 use turbid::math::{Quat, furthest};
-use turbid::particle::Template;
 use turbid::shape::polyhedron::{COMPUTED, Polyhedron};
 
-/// Edge of a cube (m).
 const EDGE: f64 = 1e-3;
 /// Depth at the end of a path (m), positions along it, and sub-steps between two.
 const DEEPEST: f64 = 0.12 * EDGE;
 const STEPS: usize = 16;
 const FINE: u32 = 10;
-/// Length of a step (s).
 const STEP: f64 = 1e-5;
 /// Room of a pair (m), and pairs in a row.
 const ROOM: f64 = 5.0 * EDGE;
@@ -81,7 +73,7 @@ fn corner_down() -> Quat {
 
 fn body(points: &[Vec3]) -> Template {
     let (shape, _) = Polyhedron::hull(points, COMPUTED).expect("corners of a body");
-    Template { shape: Arc::new(shape), density: super::system::DENSITY, material: 0 }
+    Template { shape: Arc::new(shape), density: DENSITY, material: 0 }
 }
 
 fn cube() -> Template {
@@ -161,16 +153,14 @@ fn system(
     start: impl Fn(&Meeting) -> f64,
     speed: f64,
     young: f64,
-) -> System {
-    let mut system = System::glass(name, 1.0, 0.0, OWN);
+) -> Setup {
+    let mut system = glass(name, 1.0, 0.0, OWN);
     let material = Material { youngs_modulus: young, poisson_ratio: 0.25 };
     system.templates = templates.clone();
     system.contact = Some(model(&[material], &[1.0], 0.0, OWN));
-    system.domain =
-        Domain { cells: [10 * ROW, 10 * ROW, 10], dx: 0.1 * ROOM, faces: Domain::faces([false; 3]) };
+    system.domain = open([10 * ROW, 10 * ROW, 10], 0.1 * ROOM);
     let mut add = |(kind, turn): (usize, Quat), at: Vec3, velocity: Vec3| {
-        system.add(kind, at, velocity, Vec3::zeros());
-        system.particles.last_mut().expect("it was added").set_orientation(&turn);
+        add(&mut system, kind, at, velocity).set_orientation(&turn);
     };
     for (n, meeting) in meetings.iter().enumerate() {
         let middle = Vec3::new((n % ROW) as f64 + 0.5, (n / ROW) as f64 + 0.5, 0.5) * ROOM;
@@ -199,7 +189,6 @@ fn overlaps(engine: &dyn DemEngine, meetings: &[Meeting]) -> Vec<Option<(f64, Ve
     found
 }
 
-/// The worst of all overlaps of a kind.
 #[derive(Clone, Default)]
 struct Worst {
     overlaps: usize,
@@ -218,18 +207,19 @@ fn worse(a: f64, b: f64) -> f64 {
 /// Brings bodies together in both engines and compares their overlaps; `closed` is the closed form of the volume (m^3) at a depth (m).
 fn compare(
     against: &Against,
+    findings: &mut Findings,
     name: &str,
     templates: Vec<Template>,
     (kinds, meetings): (&[&str], &[Meeting]),
     closed: impl Fn(&Meeting, f64) -> Option<f64>,
-) -> Result<Findings> {
+) -> Result<()> {
     let templates: Arc<[Template]> = templates.into();
     let spacing = DEEPEST / (STEPS as f64 - 2.5);
     let ahead = |step: usize| (2.5 - step as f64) * spacing;
     let start = |meeting: &Meeting| meeting.touching(&templates) + ahead(0);
     let mut system = system(name, &templates, meetings, start, spacing / STEP, 1e-12);
     system.substeps = FINE;
-    let mut engines = [system.native()?, against.measuring(&system)?];
+    let mut engines = [native(&system)?, against.measuring(&system)?];
     let loads = vec![Load::default(); system.particles.len()];
     let mut worst = vec![Worst::default(); kinds.len()];
     let mut apart = vec![[0.0_f64; 2]; meetings.len()];
@@ -266,7 +256,6 @@ fn compare(
             *apart = [worse(apart[0], off), worse(apart[1], shifted)];
         }
     }
-    let mut findings = Findings::default();
     for (kind, Worst { overlaps, volume, centroid, closed, sums }) in kinds.iter().zip(worst) {
         let values: Values = [Some(sums[0]), Some(sums[1]), (sums[2] > 0.0).then_some(sums[2])];
         let quantity = format!("volumes of {overlaps} overlaps, {kind}; shown: sum at the end (m^3)");
@@ -281,24 +270,16 @@ fn compare(
             findings.given(format!("volumes against the closed form, {kind} (m^3)"), values, closed, CLOSED);
         }
     }
-    let curve = |k: usize| {
-        let points = apart.iter().enumerate().map(|(n, apart)| [n as f64, apart[k].max(1e-17)]);
-        (["volume", "centroid"][k], points.collect::<Vec<_>>())
-    };
-    findings.overlays.push(
-        Overlay::new(
-            "overlaps",
-            format!("Overlaps of polyhedra, native and OTHER: {name}"),
-            ["pair", "largest relative difference on the path (-)"],
-            [curve(0), curve(1)],
-        )
-        .logarithmic([false, true]),
-    );
-    Ok(findings)
+    let curve = |k: usize| apart.iter().enumerate().map(move |(n, apart)| [n as f64, apart[k].max(1e-17)]);
+    let title = format!("Overlaps of polyhedra, native and OTHER: {name}");
+    let axes = ["pair", "largest relative difference on the path (-)"];
+    let curves = [measured("volume", curve(0)), overlaid("centroid", curve(1))];
+    findings.plot("overlaps", title, axes, curves).logarithmic([false, true]);
+    Ok(())
 }
 
 /// Cubes with a face, an edge or a corner down on a plane.
-pub(super) fn cube_plane(against: &Against) -> Result<Findings> {
+pub(super) fn cube_plane(against: &Against, findings: &mut Findings) -> Result<()> {
     let mut random = Random(20);
     let kinds = FLOOR.iter().enumerate().flat_map(|(kind, (_, count))| std::iter::repeat_n(kind, *count));
     let meeting = |kind: usize| {
@@ -318,21 +299,19 @@ pub(super) fn cube_plane(against: &Against) -> Result<Findings> {
         2 => Some(0.5 * 3_f64.sqrt() * depth.powi(3)),
         _ => None,
     };
-    compare(against, "cube-plane", vec![cube()], (&FLOOR.map(|(kind, _)| kind), &meetings), closed)
+    compare(against, findings, "cube-plane", vec![cube()], (&FLOOR.map(|(kind, _)| kind), &meetings), closed)
 }
 
-/// Cubes on cubes.
-pub(super) fn cube_cube(against: &Against) -> Result<Findings> {
+pub(super) fn cube_cube(against: &Against, findings: &mut Findings) -> Result<()> {
     let meetings = cube_pairs(&mut Random(20));
     let closed = |meeting: &Meeting, depth: f64| {
         let [x, y] = [meeting.aside.x, meeting.aside.y].map(|aside| EDGE - aside.abs());
         (meeting.kind == 0).then_some(x * y * depth)
     };
-    compare(against, "cube-cube", vec![cube()], (&CUBES.map(|(kind, _)| kind), &meetings), closed)
+    compare(against, findings, "cube-cube", vec![cube()], (&CUBES.map(|(kind, _)| kind), &meetings), closed)
 }
 
-/// A hundred pairs of irregular polyhedra.
-pub(super) fn irregular_pairs(against: &Against) -> Result<Findings> {
+pub(super) fn irregular_pairs(against: &Against, findings: &mut Findings) -> Result<()> {
     let mut random = Random(21);
     let templates = irregular(&mut random);
     let meeting = |n: usize| {
@@ -342,11 +321,11 @@ pub(super) fn irregular_pairs(against: &Against) -> Result<Findings> {
         Meeting { kind: 0, lower: Some(lower), upper, aside, away: Vec3::z() }
     };
     let meetings: Vec<Meeting> = (0..100).map(meeting).collect();
-    compare(against, "polyhedra", templates, (&["irregular polyhedra"], &meetings), |_, _| None)
+    compare(against, findings, "polyhedra", templates, (&["irregular polyhedra"], &meetings), |_, _| None)
 }
 
 /// Spins after a step from rest under equal torques about all three principal axes: `T h / I`.
-pub(super) fn moments_of_inertia(against: &Against) -> Result<Findings> {
+pub(super) fn moments_of_inertia(against: &Against, findings: &mut Findings) -> Result<()> {
     let templates = [vec![cube()], irregular(&mut Random(21))].concat();
     let alone = |kind: usize| {
         let (upper, lower) = ((kind, Quat::identity()), None);
@@ -360,7 +339,7 @@ pub(super) fn moments_of_inertia(against: &Against) -> Result<Findings> {
     let torque = Vec3::repeat(1e-24);
     let loads = vec![Load { force: Vec3::zeros(), torque }; bodies.len()];
     let mut spins = [Vec::new(), Vec::new()];
-    for (spins, mut engine) in spins.iter_mut().zip([system.native()?, against.engine(&system)?]) {
+    for (spins, mut engine) in spins.iter_mut().zip([native(&system)?, against.engine(&system)?]) {
         engine.advance(&Comm::Solo, &loads, STEP)?;
         *spins = engine.particles().owned().iter().map(Particle::angular_velocity).collect();
     }
@@ -370,8 +349,7 @@ pub(super) fn moments_of_inertia(against: &Against) -> Result<Findings> {
         worst(bodies.map(|(k, spin)| (spin.component_div(&exact(k)) - Vec3::repeat(1.0)).amax()))
     };
     let values = [spins[0][1].x, spins[1][1].x, exact(1).x].map(Some);
-    let mut findings = Findings::default();
     let quantity = "principal moments of 11 bodies, from spins; shown: spin of the second about a (1/s)";
     findings.given(quantity, values, off(&spins[0]).max(off(&spins[1])), MOMENTS);
-    Ok(findings)
+    Ok(())
 }

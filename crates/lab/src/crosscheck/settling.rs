@@ -4,7 +4,6 @@
 //! spheres have one kind of packing, whatever the way to it.
 
 use super::prelude::*;
-use super::system::sampled;
 
 const COUNT: usize = 1000;
 
@@ -17,19 +16,17 @@ const RESTITUTION: f64 = 0.3;
 /// Step of the motion (s): 23 per contact at 0.3 m/s.
 const STEP: f64 = 1.4e-5;
 
-/// Steps of the motion between two samples.
 const SUBSTEPS: u32 = 40;
 
 /// Samples until the end, at 0.252 s.
 const SAMPLES: usize = 450;
 
-/// Samples at the end over which means are taken.
 const MEAN: usize = 100;
 
 const GRAVITY: f64 = 9.81;
 
 /// Edges of the box and its height (m).
-const BOX: Domain = Domain { cells: [20, 20, 48], dx: 0.525e-3, faces: Domain::faces([false; 3]) };
+const BOX: Domain = open([20, 20, 48], 0.525e-3);
 
 const HEIGHT: Limit = (1.2e-2, "relative: 3 sqrt(2) of the scatter of 2.8e-3 of six packings of each engine");
 const COORDINATION: Limit =
@@ -39,8 +36,8 @@ const WEIGHT: Limit =
     (1.2e-3, "relative, to the weight: 3 times the scatter of the mean over 56 ms of twelve packings");
 
 /// Spheres on a disturbed lattice in the air.
-fn system() -> System {
-    let mut system = System::glass("settling-box", 1.0, 0.0, SAME);
+fn system() -> Setup {
+    let mut system = glass("settling-box", 1.0, 0.0, SAME);
     system.contact = Some(model(&[MATERIAL], &[RESTITUTION], 0.0, SAME));
     system.templates = RADII.iter().map(|&radius| sphere(radius, 0)).collect();
     system.domain = BOX;
@@ -53,12 +50,11 @@ fn system() -> System {
     for n in 0..COUNT {
         let cell = Vec3::new((n % 8) as f64, (n / 8 % 8) as f64, (n / 64) as f64);
         let at = (cell + Vec3::repeat(0.5) + random.vector() * 0.05) * spacing;
-        system.add(n * 7 % RADII.len(), at, random.vector() * 0.1, Vec3::zeros());
+        add(&mut system, n * 7 % RADII.len(), at, random.vector() * 0.1);
     }
     system
 }
 
-/// Means over all spheres at one moment.
 #[derive(Clone, Copy, Debug, Default)]
 struct Sample {
     /// Height of the centre of mass (m).
@@ -73,12 +69,12 @@ struct Sample {
     side: f64,
 }
 
-fn sample(system: &System, engine: &dyn DemEngine) -> Sample {
+fn sample(system: &Setup, engine: &dyn DemEngine) -> Sample {
     let spheres = engine.particles().owned();
     let mut sample = Sample::default();
     let mut total = 0.0;
     for (id, p) in spheres.iter().enumerate() {
-        let mass = system.mass(id);
+        let mass = mass(system, id);
         total += mass;
         sample.height += mass * p.position[2];
         sample.kinetic += 0.5 * mass * p.velocity().norm_squared();
@@ -101,22 +97,20 @@ fn sample(system: &System, engine: &dyn DemEngine) -> Sample {
     sample
 }
 
-/// Time of a sample (s).
 fn time(sample: usize) -> f64 {
     sample as f64 * f64::from(SUBSTEPS) * STEP
 }
 
 /// The box of a thousand spheres: quantities at the end, and over time.
-pub(super) fn settling(against: &Against) -> Result<Findings> {
+pub(super) fn settling(against: &Against, findings: &mut Findings) -> Result<()> {
     let system = system();
     let run = |engine: Box<dyn DemEngine>| {
         sampled(engine, f64::from(SUBSTEPS) * STEP, SAMPLES, 20, |engine| sample(&system, engine))
     };
-    let (native, native_frames) = run(system.native()?)?;
+    let (native, native_frames) = run(native(&system)?)?;
     let (other, other_frames) = run(against.engine(&system)?)?;
     let runs = [&native[..], &other];
-    let weight = GRAVITY * (0..COUNT).map(|id| system.mass(id)).sum::<f64>();
-    let mut findings = Findings::default();
+    let weight = GRAVITY * (0..COUNT).map(|id| mass(&system, id)).sum::<f64>();
     for (quantity, of, analytic, limit) in [
         ("height of the centre of mass (m)", (|s| s.height) as fn(&Sample) -> f64, None, HEIGHT),
         ("coordination number (-)", |s| s.coordination, None, COORDINATION),
@@ -136,8 +130,8 @@ pub(super) fn settling(against: &Against) -> Result<Findings> {
     ] {
         let curve = |run: &[Sample]| run.iter().enumerate().map(|(k, s)| [time(k), of(s)]).collect();
         let title = "1000 dry spheres settle in a box";
-        findings.overlays.push(overlay(name, title, ["time (s)", axis], runs.map(curve), None));
+        findings.plot_both(name, title, ["time (s)", axis], runs.map(curve), None);
     }
     findings.moments = moments(&system.templates, [&native_frames, &other_frames], |k| time(20 * k), 1);
-    Ok(findings)
+    Ok(())
 }

@@ -1,13 +1,11 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
 use super::prelude::*;
-use super::system::{Laws, OWN};
 use super::theory::{cap_ratio, lens_ratio};
 
 /// So short a step (s) that no sphere moves, however hard it is pressed.
 pub(super) const STEP: f64 = 1e-15;
 
-/// A soft material.
 const SOFT: Material = Material { youngs_modulus: 1e7, poisson_ratio: 0.3 };
 
 const MATERIALS: [Material; 2] = [GLASS, SOFT];
@@ -26,17 +24,14 @@ fn depths() -> impl Iterator<Item = f64> {
     (0..29).map(|i| 10.0_f64.powf(-8.0 + 0.25 * f64::from(i)))
 }
 
-/// Pair that is pressed together.
 struct Contact {
     what: &'static str,
-    /// Ending of the names of plots.
     stem: &'static str,
     /// Indices of radius and material of a sphere, and of another one or, without, of a wall of glass.
     sphere: [usize; 2],
     other: Option<[usize; 2]>,
 }
 
-/// Forces by depth.
 #[derive(Default)]
 struct Curve {
     /// Depth over the radius of the first sphere (-).
@@ -68,7 +63,7 @@ impl Contact {
     }
 
     /// Adds the spheres of all depths; the first of them has this index in a grid of positions.
-    fn add_to(&self, system: &mut System, first: usize) {
+    fn add_to(&self, system: &mut Setup, first: usize) {
         // Every radius comes in all materials.
         let kind = |[radius, material]: [usize; 2]| radius * MATERIALS.len() + material;
         let radius = RADII[self.sphere[0]];
@@ -78,31 +73,30 @@ impl Contact {
             // So far from each other that they do not touch.
             let at =
                 Vec3::new((n % 12) as f64, (n / 12) as f64, 0.0) * 2.5e-3 + Vec3::new(2e-3, 2e-3, height);
-            system.add(kind(self.sphere), at, Vec3::zeros(), Vec3::zeros());
+            add(system, kind(self.sphere), at, Vec3::zeros());
             if let Some(other) = self.other {
                 let distance = radius + RADII[other[0]] - depth * radius;
-                system.add(kind(other), at + direction * distance, Vec3::zeros(), Vec3::zeros());
+                add(system, kind(other), at + direction * distance, Vec3::zeros());
             }
         }
     }
 }
 
 /// Force at rest of contacts over all depths, under both laws of the native engine.
-fn measure(name: &str, contacts: &[Contact], against: &Against) -> Result<Findings> {
-    let mut findings = Findings::default();
+fn measure(name: &str, contacts: &[Contact], against: &Against, findings: &mut Findings) -> Result<()> {
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
-        let mut system = System::glass(format!("{name}-{label}"), 1.0, 0.0, laws);
+        let mut system = glass(format!("{name}-{label}"), 1.0, 0.0, laws);
         let kinds = RADII.iter().flat_map(|&radius| (0..2).map(move |material| sphere(radius, material)));
         system.templates = kinds.collect();
         system.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
-        system.domain = Domain { cells: [64, 64, 16], dx: 0.5e-3, faces: Domain::faces([false; 3]) };
+        system.domain = open([64, 64, 16], 0.5e-3);
         if contacts.iter().any(|contact| contact.other.is_none()) {
             system.walls.push(plane(2, 0.0, true));
         }
         for (k, contact) in contacts.iter().enumerate() {
             contact.add_to(&mut system, k * depths().count());
         }
-        let tracks = system.record(against, STEP, 1)?;
+        let tracks = record(&system, against, STEP, 1)?;
         let mut id = 0;
         for contact in contacts {
             let (hertz, ratio) = contact.theory();
@@ -111,9 +105,9 @@ fn measure(name: &str, contacts: &[Contact], against: &Against) -> Result<Findin
                 let at = |id: usize| system.particles[id].position();
                 let (stored, towards) = if contact.other.is_some() {
                     let line = at(id + 1) - at(id);
-                    (system.radius(id) + system.radius(id + 1) - line.norm(), line)
+                    (radius(&system, id) + radius(&system, id + 1) - line.norm(), line)
                 } else {
-                    (system.radius(id) - at(id).z, -Vec3::z())
+                    (radius(&system, id) - at(id).z, -Vec3::z())
                 };
                 curve.depth.push(depth);
                 curve.hertz.push(hertz.force(stored));
@@ -128,10 +122,10 @@ fn measure(name: &str, contacts: &[Contact], against: &Against) -> Result<Findin
                 }
                 id += 1 + usize::from(contact.other.is_some());
             }
-            curve.judge(&mut findings, contact, laws, label);
+            curve.judge(findings, contact, laws, label);
         }
     }
-    Ok(findings)
+    Ok(())
 }
 
 impl Curve {
@@ -161,20 +155,20 @@ impl Curve {
             if same { forces.clone() } else { forces.iter().zip(&self.hertz).map(|(f, h)| f / h).collect() }
         };
         let engines = self.forces.each_ref().map(|forces| curve(&over(forces)));
-        let plot = if same {
-            let (title, axes) = (format!("Force at rest, {what}"), ["depth / R", "force (N)"]);
-            overlay(format!("force_{stem}"), title, axes, engines, Some(("Hertz", curve(&self.hertz))))
+        let (name, title, axis, theory) = if same {
+            ("force", format!("Force at rest, {what}"), "force (N)", ("Hertz", &self.hertz))
         } else {
             let title = format!("Force at rest over Hertz, {what}, volume law");
-            let theory = Some(("volume law", curve(&self.ratio)));
-            overlay(format!("ratio_{stem}"), title, ["depth / R", "force / Hertz"], engines, theory)
+            ("ratio", title, "force / Hertz", ("volume law", &self.ratio))
         };
-        findings.overlays.push(plot.logarithmic([true, same]));
+        let theory = Some((theory.0, curve(theory.1)));
+        let plot = findings.plot_both(format!("{name}_{stem}"), title, ["depth / R", axis], engines, theory);
+        plot.logarithmic([true, same]);
     }
 }
 
 /// Pairs of equal and unequal spheres and materials, along a tilted line.
-pub(super) fn pairs(against: &Against) -> Result<Findings> {
+pub(super) fn pairs(against: &Against, findings: &mut Findings) -> Result<()> {
     let pair = |what, stem, sphere, other| Contact { what, stem, sphere, other: Some(other) };
     let contacts = [
         pair("equal", "r00_m00", [0, 0], [0, 0]),
@@ -182,12 +176,12 @@ pub(super) fn pairs(against: &Against) -> Result<Findings> {
         pair("glass on soft", "r00_m01", [0, 0], [0, 1]),
         pair("R2 = 0.4 R1, soft on glass", "r01_m10", [0, 1], [1, 0]),
     ];
-    measure("static-pair", &contacts, against)
+    measure("static-pair", &contacts, against, findings)
 }
 
 /// Spheres of both sizes and materials pressed into a wall of glass.
-pub(super) fn wall(against: &Against) -> Result<Findings> {
+pub(super) fn wall(against: &Against, findings: &mut Findings) -> Result<()> {
     let wall = |what, stem, sphere| Contact { what, stem, sphere, other: None };
     let contacts = [wall("glass on glass", "r0_m0", [0, 0]), wall("small soft on glass", "r1_m1", [1, 1])];
-    measure("static-wall", &contacts, against)
+    measure("static-wall", &contacts, against, findings)
 }

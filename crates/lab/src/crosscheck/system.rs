@@ -1,16 +1,11 @@
 //! Spheres that both engines get bit for bit, without a fluid, and the record of their motion.
+//!
+//! A system is a case, of which engines take the box, particles, contacts, walls and gravity; its name is the stem of the log of the other
+//! engine.
 
-use super::against::Against;
-use std::sync::Arc;
-use turbid::case::Setup;
-use turbid::comm::Comm;
-use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
-use turbid::dem::{DemEngine, Load, Native, NativeParams};
-use turbid::domain::{Decomposition, Domain};
-use turbid::engine::{EngineChoice, LiggghtsOptions};
-use turbid::error::Result;
-use turbid::math::Vec3;
-use turbid::particle::{Particle, Template};
+use super::prelude::*;
+use turbid::case::from_text;
+use turbid::contact::PairParams;
 use turbid::shape::Sphere;
 use turbid::wall::{Motion, Surface, Wall};
 
@@ -27,97 +22,53 @@ pub(super) const RADIUS: f64 = 0.5e-3;
 /// Sliding speed (m/s) below which the native engine resists less than Coulomb's law: far below all that is measured.
 const TRANSITION: f64 = 1e-6;
 
-/// Spheres, walls and gravity.
-#[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "liggghts"), expect(dead_code, reason = "`options` is for LIGGGHTS alone"))]
-pub(super) struct System {
-    /// Stem of the log of the other engine.
-    pub(super) name: String,
-    pub(super) domain: Domain,
-    pub(super) templates: Arc<[Template]>,
-    /// At the start, by id.
-    pub(super) particles: Vec<Particle>,
-    pub(super) contact: Option<ContactModel>,
-    pub(super) walls: Vec<Wall>,
-    pub(super) gravity: Vec3,
-    pub(super) substeps: u32,
-    pub(super) options: LiggghtsOptions,
+const DRY: &str = "domain.size = [10e-3, 10e-3, 10e-3]\ndry.time_step = 1e-6\ndriving.gravity = 0\nrun.end.steps = 1\n\
+    particles = [{ shape.sphere.diameter = 1e-3, density = 2500, list = [[5e-3, 5e-3, 5e-3]] }]";
+
+/// An open box of 10 mm for glass spheres of [`RADIUS`].
+pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Setup {
+    let mut system = from_text(DRY, "glass", &[]).expect("a sound case");
+    system.provenance.name = name.into();
+    system.domain = open([20; 3], 0.5e-3);
+    system.contact = Some(model(&[GLASS], &[restitution], friction, laws));
+    system.particles.clear();
+    system
 }
 
-impl System {
-    /// An open box of 10 mm for glass spheres of [`RADIUS`].
-    pub(super) fn glass(name: impl Into<String>, restitution: f64, friction: f64, laws: Laws) -> Self {
-        Self {
-            name: name.into(),
-            domain: Domain { cells: [20; 3], dx: 0.5e-3, faces: Domain::faces([false; 3]) },
-            templates: [sphere(RADIUS, 0)].into(),
-            particles: Vec::new(),
-            contact: Some(model(&[GLASS], &[restitution], friction, laws)),
-            walls: Vec::new(),
-            gravity: Vec3::zeros(),
-            substeps: 1,
-            options: LiggghtsOptions::default(),
-        }
-    }
+/// A box without walls, with this number of cells of this edge (m).
+pub(super) const fn open(cells: [usize; 3], dx: f64) -> Domain {
+    Domain { cells, dx, faces: Domain::faces([false; 3]) }
+}
 
-    /// The particles of a case, without its fluid.
-    pub(super) fn of(name: &str, setup: &Setup) -> Self {
-        Self {
-            name: name.to_string(),
-            domain: setup.domain,
-            templates: setup.templates.clone(),
-            particles: setup.particles.clone(),
-            contact: setup.contact.clone(),
-            walls: setup.walls.clone(),
-            gravity: setup.gravity,
-            substeps: setup.substeps,
-            options: match &setup.engine {
-                EngineChoice::Liggghts(options) => options.clone(),
-                EngineChoice::Native | EngineChoice::Process(_) => LiggghtsOptions::default(),
-            },
-        }
-    }
+/// Adds a body at a position (m) with a velocity (m/s); its id is the next one.
+pub(super) fn add(system: &mut Setup, template: usize, position: Vec3, velocity: Vec3) -> &mut Particle {
+    let particle = Particle::at(system.particles.len() as u64, template, position);
+    system.particles.push(Particle { velocity: velocity.into(), ..particle });
+    system.particles.last_mut().expect("it was added")
+}
 
-    /// Adds a sphere with the next id.
-    pub(super) fn add(&mut self, template: usize, position: Vec3, velocity: Vec3, spin: Vec3) {
-        let mut particle = Particle::at(self.particles.len() as u64, template, position);
-        particle.velocity = velocity.into();
-        particle.angular_velocity = spin.into();
-        self.particles.push(particle);
-    }
+fn template(system: &Setup, id: usize) -> &Template {
+    &system.templates[system.particles[id].template as usize]
+}
 
-    fn template(&self, id: usize) -> &Template {
-        &self.templates[self.particles[id].template as usize]
-    }
+pub(super) fn radius(system: &Setup, id: usize) -> f64 {
+    template(system, id).shape.as_sphere().expect("all particles are spheres")
+}
 
-    /// Radius of a sphere (m).
-    pub(super) fn radius(&self, id: usize) -> f64 {
-        self.template(id).shape.as_sphere().expect("all particles are spheres")
-    }
+pub(super) fn mass(system: &Setup, id: usize) -> f64 {
+    template(system, id).mass()
+}
 
-    /// Mass of a sphere (kg).
-    pub(super) fn mass(&self, id: usize) -> f64 {
-        self.template(id).mass()
-    }
+pub(super) fn native(system: &Setup) -> Result<Box<dyn DemEngine>> {
+    let mut system = system.clone();
+    system.engine = EngineChoice::Native;
+    engine_of(&system, None)
+}
 
-    /// The native engine at the start.
-    pub(super) fn native(&self) -> Result<Box<dyn DemEngine>> {
-        let params = NativeParams {
-            contact: self.contact.clone(),
-            walls: self.walls.clone(),
-            gravity: self.gravity,
-            substeps: self.substeps,
-            ..NativeParams::default()
-        };
-        let whole = Decomposition::solo(self.domain);
-        Ok(Box::new(Native::new(params, whole, 0, self.templates.clone(), &self.particles)?))
-    }
-
-    /// Tracks of both engines: native, then the other one.
-    pub(super) fn record(&self, against: &Against, dt: f64, steps: usize) -> Result<[Track; 2]> {
-        let native = Track::of(self.native()?, dt, steps)?;
-        Ok([native, Track { late: against.late, ..Track::of(against.engine(self)?, dt, steps)? }])
-    }
+/// Tracks of both engines: native, then the other one.
+pub(super) fn record(system: &Setup, against: &Against, dt: f64, steps: usize) -> Result<[Track; 2]> {
+    let native = Track::of(native(system)?, dt, steps)?;
+    Ok([native, Track { late: against.late, ..Track::of(against.engine(system)?, dt, steps)? }])
 }
 
 /// Spheres with [`DENSITY`], by radius (m) and index of material.
@@ -188,19 +139,16 @@ pub(super) fn sampled<S>(
     Ok((samples, frames))
 }
 
-/// Spheres at the start and after every step.
 #[derive(Clone, Debug)]
 pub(super) struct Track {
     /// Time between two frames (s).
     pub(super) dt: f64,
-    /// Spheres by id.
     pub(super) frames: Vec<Vec<Particle>>,
     /// True if the forces of a frame belong to the positions of the frame before.
     late: bool,
 }
 
 impl Track {
-    /// Of the native engine.
     pub(super) fn of(engine: Box<dyn DemEngine>, dt: f64, steps: usize) -> Result<Self> {
         Ok(Self { dt, frames: sampled(engine, dt, steps, 1, |_| ())?.1, late: true })
     }
@@ -220,7 +168,6 @@ impl Track {
         self.last()[id].contact_force.into()
     }
 
-    /// Time of a frame (s).
     pub(super) fn time(&self, frame: usize) -> f64 {
         frame as f64 * self.dt
     }

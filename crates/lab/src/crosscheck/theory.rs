@@ -76,7 +76,6 @@ impl Hertz {
 /// Damping of an impact, and the coefficient of restitution that is set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Damping {
-    /// The law of LIGGGHTS.
     Tsuji(f64),
     /// That of Hunt and Crossley with the number of Carvalho and Martins.
     HuntCrossley(f64),
@@ -90,7 +89,6 @@ pub(super) struct Instant {
     pub(super) force: f64,
 }
 
-/// An impact, from touch to separation.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Impact {
     /// Duration (s), largest depth (m).
@@ -149,7 +147,6 @@ pub(super) fn dashpot(hertz: &Hertz, restitution: f64) -> f64 {
     beta * (5.0 * hertz.mass * hertz.stiffness()).sqrt()
 }
 
-/// One step of the classical Runge-Kutta scheme.
 fn runge_kutta<const N: usize>(state: [f64; N], step: f64, rate: impl Fn([f64; N]) -> [f64; N]) -> [f64; N] {
     let along = |slope: &[f64; N], by: f64| std::array::from_fn(|i| state[i] + slope[i] * by);
     let a = rate(state);

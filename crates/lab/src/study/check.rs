@@ -1,15 +1,7 @@
 //! Comparisons of a study with references, a check for each point whose runs are done.
 
-use super::Study;
-use super::convergence::Convergence;
-use super::document::Table;
-use super::file::{CheckKind, CheckSection};
-use super::points::{At, Known};
+use super::prelude::*;
 use super::table::{Found, of_convergence};
-use crate::checks::Check;
-use turbid::document::Located;
-use turbid::error::{Error, Result};
-use turbid_plot::Point;
 
 /// Standard errors by which an error may seem to grow from one grid to the next.
 const NOISE: f64 = 2.0;
@@ -19,7 +11,6 @@ const SAME: f64 = 1e-9;
 type Section = Located<CheckSection>;
 
 impl Study {
-    /// All comparisons of a section, with tables of the convergence.
     pub(super) fn check(&self, section: &Section) -> Result<(Vec<Check>, Vec<Table>)> {
         match section.value.kind {
             CheckKind::Within => Ok((self.within(section)?, Vec::new())),
@@ -53,7 +44,6 @@ impl Study {
         Ok(checks)
     }
 
-    /// Every point above or below a bound.
     fn ordered(&self, section: &Section) -> Result<Vec<Check>> {
         let check = &section.value;
         let (bound, above) = match (check.above, check.below) {

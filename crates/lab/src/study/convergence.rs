@@ -20,7 +20,6 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use turbid_plot::Point;
 
-/// Range of orders.
 const ORDERS: [f64; 2] = [0.5, 4.0];
 /// An order nearer than this to an end of the range is at it.
 const NEAR: f64 = 1e-3;
@@ -34,24 +33,19 @@ const LEAST: usize = 3;
 /// `u_0 + c N^-p`
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fit {
-    /// Value on an infinitely fine grid.
     pub(super) limit: f64,
-    /// Coefficient of the error.
     coefficient: f64,
-    /// Order.
     pub(super) order: f64,
     /// Sum of the squared deviations over the squared errors.
     squares: f64,
 }
 
 impl Fit {
-    /// The fitted value at a resolution.
     pub(super) fn at(&self, cells: f64) -> f64 {
         self.limit + self.coefficient * cells.powf(-self.order)
     }
 }
 
-/// Returns whether an order is at an end of the range.
 fn is_bound(order: f64) -> bool {
     ORDERS.iter().any(|bound| (order - bound).abs() < NEAR)
 }
@@ -81,7 +75,6 @@ pub(super) fn interval_words([low, high]: [f64; 2]) -> String {
 pub(super) struct Convergence {
     /// The values over the cells per diameter, from coarse to fine.
     pub(super) samples: Vec<Point>,
-    /// The best fit.
     pub(super) fit: Fit,
     /// Intervals that hold the order with 68 % and with 95 %, if the errors are known.
     pub(super) order_within: Option<[[f64; 2]; 2]>,
@@ -126,7 +119,6 @@ impl Convergence {
         (!is_bound(self.fit.order)).then_some(self.fit.limit)
     }
 
-    /// Error of a value relative to the extrapolation.
     pub(super) fn error(&self, value: f64) -> Option<f64> {
         self.limit().map(|limit| (value - limit) / limit)
     }
@@ -174,7 +166,6 @@ fn linear(samples: &[Point], order: f64) -> Fit {
     fit
 }
 
-/// The best order with its limit and coefficient.
 fn best(samples: &[Point]) -> Option<Fit> {
     let mut grids: Vec<f64> = samples.iter().map(|sample| sample.x).collect();
     grids.dedup();

@@ -1,16 +1,9 @@
 //! Results of a study: `study.json`, resolved to numbers, which `turbid report` draws, and `result.csv`, a row for each finished
 //! run.
 
-use super::Study;
-use super::record::{Record, SHARE};
-use super::state::State;
-use crate::checks::Check;
+use super::prelude::*;
+pub use crate::checks::Figure;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
-use std::path::Path;
-use turbid::error::Result;
-use turbid::output::write_bytes;
-use turbid_plot::Chart;
 
 /// Name of the document in the directory of a study.
 pub const FILE: &str = "study.json";
@@ -53,11 +46,8 @@ pub fn result_columns(bench: bool) -> impl Iterator<Item = &'static str> {
 /// A study in numbers. Its JSON keys are stable.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Document {
-    /// Subject, one line.
     pub title: String,
-    /// Version of the program that wrote it.
     pub version: String,
-    /// The command that repeats it.
     pub command: String,
     pub figures: Vec<Figure>,
     pub tables: Vec<Table>,
@@ -68,19 +58,8 @@ pub struct Document {
     pub unsettled: Vec<String>,
 }
 
-/// A chart with its name.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Figure {
-    /// Short name, good for a file.
-    pub name: String,
-    #[serde(flatten)]
-    pub chart: Chart,
-}
-
-/// A table of words.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Table {
-    /// Short name, good for a file.
     pub name: String,
     pub title: String,
     pub columns: Vec<String>,
@@ -91,10 +70,8 @@ pub struct Table {
     pub note: String,
 }
 
-/// Progress of a study.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Runs {
-    /// Number of finished runs.
     pub done: usize,
     pub total: usize,
     /// Time that the steps of all runs have taken so far (s).
@@ -104,14 +81,12 @@ pub struct Runs {
 }
 
 impl Document {
-    /// Writes the document into a directory; the file is replaced atomically.
     pub fn write(&self, directory: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self).expect("plain data always serialises") + "\n";
         write_bytes(&directory.join(FILE), text.as_bytes())
     }
 }
 
-/// Writes `result.csv`; the file is replaced atomically.
 pub(super) fn write_csv(study: &Study) -> Result<()> {
     let names = columns(study);
     let axes = &study.plan.axes;
@@ -158,7 +133,7 @@ fn cell(record: &Record, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use turbid_plot::{Panel, Point, Series, Style};
+    use turbid_plot::{Chart, Panel, Point, Series, Style};
 
     #[test]
     fn a_document_survives_being_written_and_read() {

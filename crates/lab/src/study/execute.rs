@@ -1,54 +1,44 @@
 //! Execution of the open runs of a study, one after the other.
 
-use super::Study;
-use super::record::{BENCH_FILE, Record};
-use super::state::{State, measured_with};
-use serde_json::{Value as Json, json};
-use std::fs;
+use super::prelude::*;
+use super::state::measured_with;
+use serde_json::json;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::Path;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-use turbid::case::{self, CHECKPOINT_INTERVAL, CheckpointSpacing, Setup};
+use turbid::case::{CHECKPOINT_INTERVAL, CheckpointSpacing};
 use turbid::checkpoint;
-use turbid::error::{Error, Result};
-use turbid::input;
-use turbid::output::{OutputFiles, directory, write_bytes};
-use turbid::simulation::{self, RunOptions, identity};
+use turbid::simulation::RunOptions;
 
 /// With less time than this no run begins.
 const LEAST_TIME: Duration = Duration::from_secs(5);
 /// Interval at which a benchmark is looked at.
 const POLL: Duration = Duration::from_millis(50);
 
-/// Progress of the execution.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
-    /// A run begins, or is resumed.
     Begins {
         name: &'a str,
         /// Its number among the open runs, from 1, and the number of these.
         number: [usize; 2],
         /// The step from which it is resumed; 0 at the start.
         from: u64,
-        /// Estimated time (s), if it is known.
         seconds: Option<f64>,
     },
-    /// A run has finished.
     Finished(&'a Record),
     /// A run has failed; the next one follows.
-    Failed { name: &'a str, error: &'a Error },
+    Failed {
+        name: &'a str,
+        error: &'a Error,
+    },
 }
 
-/// Result of the execution of a study.
 #[derive(Debug, Default)]
 pub struct Outcome {
     /// True if it was told to stop, or its time was over.
     pub interrupted: bool,
-    /// Runs that failed now.
     pub failed: usize,
-    /// Exit code of the first that failed.
     pub code: i32,
 }
 

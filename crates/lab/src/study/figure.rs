@@ -1,20 +1,14 @@
 //! Figures of a study: points, references, and a note on what is missing.
 
-use super::Study;
-use super::convergence::Convergence;
-use super::document::Figure;
-use super::file::{FigureSection, ReferenceSection};
 use super::points::Line;
-use turbid::document::Located;
-use turbid::error::Result;
-use turbid_plot::{Axis, Chart, Panel, Point, Series, Style};
+use super::prelude::*;
+use turbid_plot::{Axis, Chart, Panel};
 
 /// Points of the line of an extrapolation.
 const PARTS: u32 = 60;
 /// Its end over the resolution of the finest grid (-).
 const BEYOND: f64 = 1.5;
 
-/// Meaning of the bars.
 const BARS: &str =
     "Bars: one standard error, of the mean over time, or of repetitions by their scatter where that is more.";
 
@@ -22,7 +16,6 @@ const BARS: &str =
 const ALIKE: f64 = 1e-3;
 
 impl Study {
-    /// A figure in numbers.
     pub(super) fn figure(&self, section: &Located<FigureSection>) -> Result<Figure> {
         let Located { value, span } = section;
         let x = self.plan.axis(&value.x)?;
@@ -107,7 +100,7 @@ impl Study {
         }
         let mut found: Vec<(&str, Series)> = Vec::new();
         for (of, line) in lines {
-            let series = self.reference_along(reference, &line.quantity, x, &line.along)?;
+            let series = self.reference_along(reference, &line.quantity, Some(x), &line.along)?;
             let is_known = |series: &Series| found.iter().any(|(_, known)| alike(known, series));
             let new = series.filter(|series| !series.points.is_empty() && !is_known(series));
             found.extend(new.map(|series| (of.as_str(), series)));

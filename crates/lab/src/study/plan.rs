@@ -1,18 +1,9 @@
 //! The runs of a study: all combinations of the values of its axes.
 
-use super::file::{AxisSection, Choice, Only, StudyFile, ValueSection, word};
-use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
-use std::path::Path;
-use turbid::case::{self, Setup};
-use turbid::document::Located;
-use turbid::document::Source;
-use turbid::error::{Error, Result};
+use super::prelude::*;
 
-/// An axis with its values.
 pub struct Axis {
     pub name: String,
-    /// Text at the axis of a figure.
     pub label: String,
     /// True if its values are repetitions.
     pub average: bool,
@@ -22,12 +13,10 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Indices of its values.
     pub(super) fn indices(&self) -> Vec<usize> {
         (0..self.values.len()).collect()
     }
 
-    /// Its values in words, for a message.
     pub(super) fn known_values(&self) -> String {
         let known: Vec<&str> = self.values.iter().map(|value| value.name.as_str()).collect();
         format!("its values are: {}", known.join(", "))
@@ -37,7 +26,6 @@ impl Axis {
 /// A value of an axis, with options for the case.
 pub struct Value {
     pub name: String,
-    /// Text of legends and titles.
     pub label: String,
     pub number: Option<f64>,
     options: Vec<String>,
@@ -54,9 +42,7 @@ impl Value {
     }
 }
 
-/// One run with options for the case.
 pub struct PlannedRun {
-    /// Name of its directory.
     pub name: String,
     /// Index of its value on each axis.
     pub at: Vec<usize>,
@@ -128,7 +114,6 @@ impl Plan {
         Ok(plan)
     }
 
-    /// An error in the study file.
     pub(super) fn refuse<T>(&self, span: &Range<usize>, title: &str, label: &str, remedy: &str) -> Result<T> {
         Err(self.source.error(span, title, label, remedy))
     }
@@ -149,12 +134,10 @@ impl Plan {
         Ok(())
     }
 
-    /// Index of an axis.
     pub(super) fn axis(&self, name: &Located<String>) -> Result<usize> {
         self.axis_named(&name.value, &name.span)
     }
 
-    /// Indices of several axes.
     pub(super) fn axes_of(&self, names: &[Located<String>]) -> Result<Vec<usize>> {
         names.iter().map(|name| self.axis(name)).collect()
     }
@@ -171,7 +154,6 @@ impl Plan {
         )
     }
 
-    /// The combinations that have these values.
     pub(super) fn selection(&self, span: &Range<usize>, only: &Only) -> Result<Selection> {
         let chosen = only.iter().map(|(name, choice)| {
             let axis = self.axis_named(name, span)?;
@@ -180,7 +162,6 @@ impl Plan {
         chosen.collect::<Result<_>>().map(Selection)
     }
 
-    /// Indices of values on an axis.
     fn values(&self, span: &Range<usize>, axis: usize, choice: &Choice) -> Result<Vec<usize>> {
         let axis = &self.axes[axis];
         let find = |word: &String| {
@@ -200,7 +181,6 @@ impl Plan {
 pub(super) struct Selection(pub(super) BTreeMap<usize, Vec<usize>>);
 
 impl Selection {
-    /// Returns whether a point has these values.
     pub(super) fn meets(&self, at: impl Fn(usize) -> Option<usize>) -> bool {
         self.0.iter().all(|(&axis, values)| at(axis).is_some_and(|value| values.contains(&value)))
     }

@@ -7,14 +7,7 @@
 //! with the standard errors `e_i` of the single runs and the standard deviation `s` of the repetitions: the former miss what a run
 //! keeps from its initial state, the latter is uncertain itself for few repetitions. Errors of ratios are propagated to first order.
 
-use super::Study;
-use super::file::{Comparison, DerivedSection, Only};
-use super::plan::{PlannedRun, combinations};
-use super::record::Quantity;
-use std::ops::Range;
-use turbid::error::Result;
-use turbid::simulation::Suspension;
-use turbid_plot::Point;
+use super::prelude::*;
 
 /// Relative difference of a volume fraction from the requested one that is worth a note.
 const ROUNDED: f64 = 1e-3;
@@ -22,7 +15,6 @@ const ROUNDED: f64 = 1e-3;
 /// Index of a value on every axis; none on those that are averaged over or compared.
 pub(super) type At = Vec<Option<usize>>;
 
-/// A quantity at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Known {
     /// The study has no such point.
@@ -31,12 +23,10 @@ pub(super) enum Known {
     Missing(usize),
     /// The runs do not have the quantity.
     Unnamed,
-    /// Its value.
     Value(Quantity),
 }
 
 impl Known {
-    /// The value, if there is one.
     pub(super) fn value(self) -> Option<Quantity> {
         match self {
             Self::Value(quantity) => Some(quantity),
@@ -48,9 +38,7 @@ impl Known {
 /// Points that differ only in their value on one axis.
 pub(super) struct Line {
     pub(super) quantity: String,
-    /// Their values on the other axes.
     pub(super) of: At,
-    /// All of them.
     pub(super) along: Vec<At>,
     /// Those that are known, over the number of their value.
     pub(super) points: Vec<Point>,
@@ -68,13 +56,11 @@ impl Study {
         Some((&section.value, *axis))
     }
 
-    /// A quantity in figures and tables.
     pub(super) fn words(&self, name: &str) -> String {
         let label = self.derived(name).and_then(|(section, _)| section.label.clone());
         label.unwrap_or_else(|| name.replace('_', " "))
     }
 
-    /// A quantity at a point.
     fn known(&self, name: &str, at: &At) -> Known {
         let Some((section, [axis, of, to])) = self.derived(name) else {
             return self.mean(name, at);
@@ -93,7 +79,6 @@ impl Study {
         }
     }
 
-    /// Mean over the runs of a point.
     fn mean(&self, name: &str, at: &At) -> Known {
         let (mut values, mut missing, mut unnamed) = (Vec::new(), 0, false);
         for (run, _) in self.runs_at(at) {
@@ -111,7 +96,6 @@ impl Study {
         }
     }
 
-    /// The runs of a point, with their numbers.
     pub(super) fn runs_at<'a>(&'a self, at: &'a At) -> impl Iterator<Item = (usize, &'a PlannedRun)> {
         self.plan.runs.iter().enumerate().filter(move |(_, run)| {
             let mut pairs = at.iter().zip(&run.at);
@@ -119,7 +103,6 @@ impl Study {
         })
     }
 
-    /// The suspension of a point, as planned.
     pub(super) fn suspension(&self, at: &At) -> Option<Suspension> {
         let (_, run) = self.runs_at(at).next()?;
         let fluid = run.setup.fluid.as_ref()?;
@@ -231,7 +214,6 @@ impl Study {
     }
 }
 
-/// Mean of repetitions.
 pub(super) fn average(values: &[Quantity]) -> Quantity {
     let count = values.len() as f64;
     let mean = values.iter().map(|one| one.value).sum::<f64>() / count;

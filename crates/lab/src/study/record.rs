@@ -9,27 +9,18 @@
 //! | every number of `turbid bench --json`, `contacts_per_particle`, `memory_bytes` | a benchmark |
 //! | `share_map`, `share_fluid`, ...: part of the time that a stage takes | both |
 
-use super::file::WindowSection;
+use super::prelude::*;
 use serde::Deserialize;
-use serde_json::Value as Json;
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use turbid::case::Setup;
-use turbid::document::Located;
-use turbid::error::Result;
 use turbid::math::Vec3;
 use turbid::output::series::COLUMNS;
-use turbid::output::{OutputFiles, SeriesTable, estimate_settling, summary};
+use turbid::output::{SeriesTable, estimate_settling, summary};
 
-/// Name of the file with the results of a benchmark.
 pub(super) const BENCH_FILE: &str = "bench.json";
-/// Beginning of the names of the parts of the time.
 pub(super) const SHARE: &str = "share_";
 
 /// Standard errors by which a mean may differ from the one after the transient.
 const NOISE: f64 = 2.0;
 
-/// Numbers of a benchmark.
 const OF_A_BENCHMARK: &str = "mlups roofline_fraction bandwidth_gb_per_s messages_per_step bytes_per_step collectives_per_step \
     bytes_per_cell memory_per_rank_bytes ranks_per_process cells particles contacts threads ranks \
     fluid_only_mlups four_way_over_fluid_only dem_share nanoseconds_per_fluid_cell nanoseconds_per_covered_cell \
@@ -53,17 +44,14 @@ pub struct Quantity {
 }
 
 impl Quantity {
-    /// Without a known error.
     pub fn exact(value: f64) -> Self {
         Self { value, error: None }
     }
 }
 
-/// Results of a run or of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Record {
     pub directory: PathBuf,
-    /// Version of the program that ran it.
     pub version: String,
     /// Interval of `t*` of the averages, if something settles.
     pub averaged_over: Option<[f64; 2]>,
@@ -86,7 +74,6 @@ impl Record {
         record
     }
 
-    /// Adds a number, if it is finite.
     fn put(&mut self, name: &str, value: f64) {
         if value.is_finite() {
             self.quantities.insert(name.to_string(), Quantity::exact(value));
@@ -183,7 +170,6 @@ impl Record {
     }
 }
 
-/// The numbers of a JSON object.
 fn numbers(json: &Json) -> impl Iterator<Item = (&String, f64)> {
     let entries = json.as_object().into_iter().flatten();
     entries.filter_map(|(name, value)| Some((name, value.as_f64()?)))

@@ -1,18 +1,7 @@
 //! References: laws, tables, numbers.
 
-use super::Study;
 use super::document;
-use super::file::{ReferenceSection, word};
-use super::points::At;
-use std::ops::Range;
-use std::path::Path;
-use turbid::document::Located;
-use turbid::document::nearest;
-use turbid::error::{Error, Result};
-use turbid::input;
-use turbid::output::directory;
-use turbid::simulation::{Law, Suspension};
-use turbid_plot::{Series, Style};
+use super::prelude::*;
 
 /// Points of a smooth line between two points of a study.
 const PARTS: u32 = 8;
@@ -25,26 +14,14 @@ impl Study {
         quantity: &str,
         at: &At,
     ) -> Result<Option<f64>> {
-        let Located { value, span } = reference;
-        if !self.plan.selection(span, &value.only)?.meets(|axis| at[axis]) {
-            return Ok(None);
+        if let ReferenceSection { law: None, csv: None, value: None, .. } = reference.value {
+            let title = "this reference has no value at a single point";
+            return self.plan.refuse(&reference.span, title, "here", "give `law`, `csv` or `value`");
         }
-        let found = match *value {
-            ReferenceSection { law: Some(law), .. } => {
-                let suspension = self.suspension(at);
-                suspension.map(|suspension| self.law(law, quantity, span, suspension)).transpose()?
-            }
-            ReferenceSection { csv: Some(_), .. } => self.rows(reference, at, None)?.first().map(|&(_, y)| y),
-            ReferenceSection { value: Some(number), .. } => Some(number),
-            _ => {
-                let title = "this reference has no value at a single point";
-                return self.plan.refuse(span, title, "here", "give `law`, `csv` or `value`");
-            }
-        };
-        Ok(Some(found.unwrap_or(f64::NAN)))
+        let series = self.reference_along(reference, quantity, None, std::slice::from_ref(at))?;
+        Ok(series.map(|series| series.points.first().map_or(f64::NAN, |point| point.y)))
     }
 
-    /// A quantity of a suspension by a law.
     fn law(&self, law: Law, quantity: &str, span: &Range<usize>, of: Suspension) -> Result<f64> {
         match quantity {
             "settling_velocity_over_stokes" => Ok(law.over_stokes(of)),
@@ -58,12 +35,12 @@ impl Study {
         }
     }
 
-    /// A reference along the horizontal axis `x` through points that differ in nothing else.
+    /// A reference along the horizontal axis `x` through points that differ in nothing else; at 0 without an axis.
     pub(super) fn reference_along(
         &self,
         reference: &Located<ReferenceSection>,
         quantity: &str,
-        x: usize,
+        x: Option<usize>,
         along: &[At],
     ) -> Result<Option<Series>> {
         let Located { value, span } = reference;
@@ -71,7 +48,7 @@ impl Study {
         let Some(first) = along.first().filter(|at| selection.meets(|axis| at[axis])) else {
             return Ok(None);
         };
-        let known = |at: &At| self.number(x, at);
+        let known = |at: &At| x.map_or(Some(0.0), |x| self.number(x, at));
         let (points, style, name) = match value {
             ReferenceSection { law: Some(law), .. } => {
                 let mut points = Vec::new();
@@ -86,10 +63,13 @@ impl Study {
                         points.push((from + part * (to - from), y));
                     }
                 }
+                if let (None, Some(of)) = (x, self.suspension(first)) {
+                    points.push((0.0, self.law(*law, quantity, span, of)?));
+                }
                 (points, Style::Line, law.name().to_string())
             }
             ReferenceSection { csv: Some(table), .. } => {
-                (self.rows(reference, first, Some(x))?, Style::Points, table.clone())
+                (self.rows(reference, first, x)?, Style::Points, table.clone())
             }
             ReferenceSection { value: Some(number), .. } => {
                 let points = along.iter().filter_map(|at| Some((known(at)?, *number)));

@@ -1,11 +1,7 @@
 //! Mistakes in a study file that are refused before anything runs.
 
-use super::Study;
+use super::prelude::*;
 use super::record;
-use std::path::Path;
-use turbid::document::Located;
-use turbid::document::nearest;
-use turbid::error::Result;
 use turbid::output::series::is_of_a_body;
 
 impl Study {
@@ -33,7 +29,6 @@ impl Study {
         Ok(())
     }
 
-    /// Unusual but possible entries.
     pub fn warnings(&self) -> Vec<String> {
         let beside = self.out.parent().unwrap_or(Path::new(""));
         let folder = self.path.parent().unwrap_or(Path::new(""));

@@ -1,27 +1,17 @@
 //! Progress of each run of a study, from the files on disk.
 
-use super::Study;
-use super::file::{BenchSection, StudyFile, ValueSection};
-use super::plan::PlannedRun;
-use super::record::{BENCH_FILE, Record};
+use super::prelude::*;
 use crate::checks::is_same;
-use serde_json::Value as Json;
-use std::fs;
-use std::path::{Path, PathBuf};
-use turbid::case::{Setup, free_keys};
-use turbid::error::Result;
-use turbid::input;
-use turbid::output::OutputFiles;
-use turbid::simulation::{identity, instruction_set, saved_head};
+use turbid::case::free_keys;
+use turbid::simulation::{instruction_set, saved_head};
 
-/// Progress of a run.
 #[derive(Clone, Debug)]
 pub enum State {
-    /// Finished.
     Done(Box<Record>),
     /// It can be resumed from this step.
-    Part { step: u64 },
-    /// Not begun.
+    Part {
+        step: u64,
+    },
     Open {
         /// True if its directory holds the results of another run, which it will replace.
         replaces: bool,
@@ -29,7 +19,6 @@ pub enum State {
 }
 
 impl State {
-    /// The record of a finished run.
     pub fn record(&self) -> Option<&Record> {
         match self {
             Self::Done(record) => Some(record),
@@ -38,7 +27,6 @@ impl State {
     }
 }
 
-/// The results of one run.
 struct Found {
     directory: PathBuf,
     input: toml::Table,
@@ -61,7 +49,6 @@ impl Study {
         self.plan.runs.iter().map(|run| self.state(run, &found, &varied)).collect()
     }
 
-    /// The results in a directory, if there are any.
     fn found(&self, directory: PathBuf, varied: &[String]) -> Option<Found> {
         let path = match self.file.bench {
             Some(_) => directory.join(BENCH_FILE),
@@ -71,7 +58,6 @@ impl Study {
         Some(Found { directory, input: canonical(json["input"].as_str()?, varied)?, json })
     }
 
-    /// Progress of a run.
     fn state(&self, run: &PlannedRun, found: &[Found], varied: &[String]) -> Result<State> {
         let (setup, directory) = (&run.setup, self.out.join(&run.name));
         let wanted = canonical(&setup.provenance.text, varied);
@@ -131,7 +117,6 @@ pub(super) fn measured_with(bench: &BenchSection, setup: &Setup, threads: Option
     })
 }
 
-/// Keys of the case that axes set.
 fn varied(file: &StudyFile) -> Vec<String> {
     let mut keys = Vec::new();
     for axis in &file.axes {

@@ -1,17 +1,10 @@
 //! Tables of a study, in words.
 
-use super::Study;
-use super::convergence::{Convergence, interval_words, words as order_words};
-use super::document::Table;
-use super::file::{ColumnSection, Comparison, TableSection};
-use super::plan::{Axis, combinations};
-use super::points::{At, Known, average};
-use super::record::Quantity;
-use std::collections::BTreeSet;
-use turbid::document::Located;
-use turbid::error::Result;
+use super::convergence::{interval_words, words as order_words};
+use super::plan::Axis;
+use super::points::average;
+use super::prelude::*;
 
-/// Default number of digits behind the point.
 const DIGITS: usize = 4;
 /// The cell of a value that is not there.
 const NOTHING: &str = "-";
@@ -20,7 +13,6 @@ const UNSETTLED: &str = " *";
 const UNSETTLED_NOTE: &str = "Numbers marked with * rest on means that have not settled.";
 
 impl Study {
-    /// A table in words.
     pub(super) fn table(&self, section: &Located<TableSection>) -> Result<Table> {
         let TableSection { name, title, rows, columns } = &section.value;
         let axes = self.plan.axes_of(rows)?;
@@ -83,7 +75,6 @@ impl Study {
     }
 }
 
-/// The convergence of one series.
 pub(super) struct Found {
     pub(super) title: String,
     /// The title that it has in common with its repetitions.

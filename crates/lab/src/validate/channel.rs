@@ -11,8 +11,8 @@ pub(super) const CASE: Case = Case {
     source: "White (2006), Viscous Fluid Flow, Eq. (3-48)",
     parts: &[
         Part::quick(0.5, plates),
-        Part::quick(0.5, |context| duct(context, "square", [16, 16])),
-        Part::quick(1.0, |context| duct(context, "one_to_two", [16, 32])),
+        Part::quick(0.5, |context, found| duct(context, found, "square", [16, 16])),
+        Part::quick(1.0, |context, found| duct(context, found, "one_to_two", [16, 32])),
     ],
 };
 
@@ -42,7 +42,7 @@ fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
     Ok((profile, drag / fed))
 }
 
-fn plates(context: &SuiteContext) -> Result<Findings> {
+fn plates(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let setup = context.setup(TEXT, CASE.name, &[])?;
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
@@ -52,26 +52,22 @@ fn plates(context: &SuiteContext) -> Result<Findings> {
     let points: Vec<[f64; 2]> = points.collect();
     let exact = |s: f64| 4.0 * s * (1.0 - s);
     let worst = points.iter().map(|[s, u]| (u - exact(*s)).abs()).fold(0.0, f64::max);
-    let mut found = Findings::default();
     let quantity = "plates: largest error of the profile over its maximum (-)";
-    found.absolute(quantity, worst, 0.0, PLATES);
-    found.from(
+    found.absolute(quantity, worst, 0.0, PLATES).source(
         "Ginzburg and d'Humieres (2003), doi:10.1103/PhysRevE.68.066614: exact with the parameter 3/16",
     );
-    found.relative("plates: force on the walls over that on the fluid (-)", force, 1.0, FORCE);
-    found.from("balance of momentum");
+    found
+        .relative("plates: force on the walls over that on the fluid (-)", force, 1.0, FORCE)
+        .source("balance of momentum");
     let parabola = (0..=100).map(|k| [0.01 * f64::from(k), exact(0.01 * f64::from(k))]);
-    found.overlays.push(Overlay::new(
-        "plates",
-        "Flow between two plates",
-        ["height over distance (-)", "velocity over largest (-)"],
-        [("reference: parabola", parabola.collect()), ("measured", points)],
-    ));
-    Ok(found)
+    let axes = ["height over distance (-)", "velocity over largest (-)"];
+    let curves = [reference("parabola", parabola), measured("measured", points)];
+    found.plot("plates", "Flow between two plates", axes, curves);
+    Ok(())
 }
 
 /// A duct of `ny` by `nz` cells, the shorter side first.
-fn duct(context: &SuiteContext, name: &str, [ny, nz]: [usize; 2]) -> Result<Findings> {
+fn duct(context: &SuiteContext, found: &mut Findings, name: &str, [ny, nz]: [usize; 2]) -> Result<()> {
     let size = [4, ny, nz].map(|n| n as f64 * CELL);
     let own = [format!("domain.size={size:?}"), "domain.periodic=[true, false, false]".to_string()];
     let setup = context.setup(TEXT, CASE.name, &own)?;
@@ -90,13 +86,11 @@ fn duct(context: &SuiteContext, name: &str, [ny, nz]: [usize; 2]) -> Result<Find
     let largest = (inner + falls / 8.0) / unit;
     let mean = profile.iter().sum::<f64>() / (ny * nz) as f64 / unit;
     let table = Table::new(REFERENCE);
-    let mut found = Findings::default();
     for (what, measured, column) in [("largest", largest, "u_max"), ("mean", mean, "u_mean")] {
         let quantity = format!("{name} duct: {what} velocity over a A^2 / nu (-)");
         found.relative(quantity, measured, table.of("duct", name, column), DUCT);
     }
     let quantity = format!("{name} duct: force on the walls over that on the fluid (-)");
-    found.relative(quantity, force, 1.0, FORCE);
-    found.from("balance of momentum");
-    Ok(found)
+    found.relative(quantity, force, 1.0, FORCE).source("balance of momentum");
+    Ok(())
 }

@@ -1,28 +1,31 @@
-//! Settings of a run of the suite.
+//! Settings of a run of the suite, and what its cases have in common.
 
+use super::{Case, Findings, Level};
+use crate::checks::Check;
+use crate::checks::suite::Context;
+use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use turbid::case::{self, Setup};
 use turbid::error::{Error, Result};
+use turbid::output::numbers::duration;
 
-/// Settings of all cases of a suite.
+const MISSING: &str = "built without LIGGGHTS; `cargo build --release --features liggghts` has it";
+
 #[derive(Clone, Debug, Default)]
 pub struct SuiteContext {
     /// Changes `KEY=VALUE` to all cases with a fluid, after those that the suite makes itself.
     pub changes: Vec<String>,
-    /// Cores to use.
     pub threads: usize,
     /// Directory for runs of the full level, so that they can be resumed and need not be repeated.
     pub kept: Option<PathBuf>,
     /// Number of complete runs that were read from there.
     pub read: Arc<AtomicUsize>,
-    /// Set to stop all runs.
     pub stop: Arc<AtomicBool>,
     /// Time at which all must have stopped.
     pub deadline: Option<Instant>,
-    /// Deliberate fault in the physics.
     #[cfg(test)]
     pub(super) fault: Option<super::tests::Fault>,
 }
@@ -32,12 +35,6 @@ impl SuiteContext {
     pub fn new(changes: Vec<String>, threads: usize) -> Self {
         let all = || std::thread::available_parallelism().map_or(1, usize::from);
         Self { changes, threads: if threads == 0 { all() } else { threads }, ..Self::default() }
-    }
-
-    /// Returns true if work that needs this much time must stop now.
-    pub(super) fn is_over(&self, needs: Duration) -> bool {
-        let late = self.deadline.is_some_and(|deadline| Instant::now() + needs >= deadline);
-        late || self.stop.load(Ordering::Relaxed)
     }
 
     /// A case text with the changes that its module makes.
@@ -52,6 +49,69 @@ impl SuiteContext {
         }
         Ok(setup)
     }
+}
+
+impl Context for SuiteContext {
+    fn threads(&self) -> usize {
+        self.threads
+    }
+
+    fn is_over(&self, needs: Duration) -> bool {
+        let late = self.deadline.is_some_and(|deadline| Instant::now() + needs >= deadline);
+        late || self.stop.load(Ordering::Relaxed)
+    }
+
+    fn lacks(&self, case: &Case) -> Option<&'static str> {
+        case.parts.is_empty().then_some(MISSING)
+    }
+
+    /// Checks that say no other source have that of the case; biases are noted.
+    fn judge(&self, case: &Case, mut found: Findings) -> Findings {
+        for check in found.checks.iter_mut().filter(|check| check.source.is_empty()) {
+            check.source(case.source);
+        }
+        found.notes.extend(biases(&found.checks));
+        found
+    }
+}
+
+/// Mean signed deviations of the quantities that were checked at three points or more; a quantity is called the same up to the
+/// first comma of its name.
+fn biases(checks: &[Check]) -> Vec<(String, f64)> {
+    let name = |check: &Check| check.quantity.split([',', '(']).next().unwrap_or_default().to_string();
+    let mut groups: Vec<(String, Vec<Check>)> = Vec::new();
+    for check in checks.iter().filter(|check| check.reference != 0.0) {
+        match groups.iter_mut().find(|(known, _)| *known == name(check)) {
+            Some((_, group)) => group.push(check.clone()),
+            None => groups.push((name(check), vec![check.clone()])),
+        }
+    }
+    let groups = groups.iter().filter(|(_, group)| group.len() > 2);
+    let biases = groups.filter_map(|(name, group)| Check::bias(name.trim(), group, true));
+    biases.map(|bias| (bias.quantity, bias.measured)).collect()
+}
+
+/// The cases: level, time, question and source of each; then the time of each level.
+pub fn list(cases: &[Case]) -> String {
+    let width = cases.iter().map(|case| case.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for case in cases {
+        let [quick, full] = [Level::Quick, Level::Full].map(|level| case.seconds(level));
+        let times = match case.level() {
+            Level::Quick if full > quick => format!("quick, {}; full, {}", duration(quick), duration(full)),
+            Level::Quick => format!("quick, {}", duration(quick)),
+            Level::Full => format!("full, {}", duration(full)),
+        };
+        let _ = writeln!(text, "  {:width$}  {} ({times})", case.name, case.question);
+        let _ = writeln!(text, "  {:width$}  {}", "", case.source);
+        if case.parts.is_empty() {
+            let _ = writeln!(text, "  {:width$}  not here: {MISSING}", "");
+        }
+    }
+    let all = |level| duration(cases.iter().map(|case| case.seconds(level)).sum());
+    let [quick, full] = [Level::Quick, Level::Full].map(all);
+    let _ = writeln!(text, "times are of one core; together: quick, {quick}; full, {full}");
+    text
 }
 
 /// Error of a case that has not become steady.

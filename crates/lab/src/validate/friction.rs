@@ -23,7 +23,7 @@ const TANGENTIAL: [f64; 2] = [2e-3, 0.02];
 /// Of the angular velocity: against theory and against the experiment, as a part.
 const SPIN: [f64; 2] = [5e-3, 0.1];
 
-fn throws(context: &SuiteContext) -> Result<Findings> {
+fn throws(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let table = Table::new(REFERENCE);
     let columns = ["angle", "value"];
     let [tangential, spin] =
@@ -48,19 +48,16 @@ fn throws(context: &SuiteContext) -> Result<Findings> {
     let radius = 0.5 * setup.diameter;
     let slide = |angle: f64| 1.0 - FRICTION * (1.0 + RESTITUTION) / angle.to_radians().tan();
     let turn = |angle: f64| 2.5 * FRICTION * (1.0 + RESTITUTION) * SPEED * angle.to_radians().cos() / radius;
-    let mut found = Findings::default();
     let (mut slid, mut turned) = (Vec::new(), Vec::new());
     for (n, after) in run.particles().iter().enumerate() {
         let (angle, before) = (angles[n], setup.particles[n].velocity());
         let normal = -after.velocity().z / before.z;
         let quantity = format!("normal restitution at {angle:.1} degrees (-)");
-        found.absolute(quantity, normal, RESTITUTION, 2e-3);
-        found.from("as set");
+        found.absolute(quantity, normal, RESTITUTION, 2e-3).source("as set");
         if let Some(&[_, experiment]) = tangential.get(n) {
             let measured = after.velocity().x / before.x;
             let quantity = format!("tangential restitution at {angle:.1} degrees (-)");
-            found.absolute(quantity.clone(), measured, slide(angle), TANGENTIAL[0]);
-            found.from(THEORY);
+            found.absolute(quantity.clone(), measured, slide(angle), TANGENTIAL[0]).source(THEORY);
             let quantity = format!("{quantity}, experiment");
             found.absolute(quantity, measured, experiment, TANGENTIAL[1]);
             slid.push([angle, measured]);
@@ -68,25 +65,24 @@ fn throws(context: &SuiteContext) -> Result<Findings> {
             let experiment = spin[n - tangential.len()][1];
             let measured = after.angular_velocity().y;
             let quantity = format!("angular velocity at {angle:.1} degrees (1/s)");
-            found.relative(quantity.clone(), measured, turn(angle), SPIN[0]);
-            found.from(THEORY);
+            found.relative(quantity.clone(), measured, turn(angle), SPIN[0]).source(THEORY);
             let quantity = format!("{quantity}, experiment");
             found.relative(quantity, measured, experiment, SPIN[1]);
             turned.push([angle, measured]);
         }
     }
     let over = |law: &dyn Fn(f64) -> f64| (34..=65).map(|a| [f64::from(a), law(f64::from(a))]).collect();
-    let mut plot = |name, title, axis, law: Vec<[f64; 2]>, experiment, measured| {
+    let mut plot = |name, title, axis, law: Vec<[f64; 2]>, experiment: Vec<_>, points: Vec<_>| {
         let curves = [
-            ("reference: rigid bodies", law),
-            ("experiment, Kharaz et al. (2001)", experiment),
-            ("measured", measured),
+            reference("rigid bodies", law),
+            measured("experiment, Kharaz et al. (2001)", experiment),
+            overlaid("measured", points),
         ];
-        found.overlays.push(Overlay::new(name, title, ["angle from the normal (degrees)", axis], curves));
+        found.plot(name, title, ["angle from the normal (degrees)", axis], curves);
     };
     let title = "Tangential restitution of spheres on a plate";
     plot("tangential", title, "tangential restitution (-)", over(&slide), tangential, slid);
     let title = "Spin of spheres after the impact on a plate";
     plot("spin", title, "angular velocity (1/s)", over(&turn), spin, turned);
-    Ok(found)
+    Ok(())
 }

@@ -12,7 +12,6 @@ pub(super) const CASE: Case = Case {
     parts: &[Part::quick(1.0, impacts)],
 };
 
-/// For each law.
 const TOLERANCES: [(&str, f64); 2] = [("hertz", 2e-3), ("paper", 1e-2)];
 
 /// One contact: largest force (N) and depth (m), begin and end (s), and force over time.
@@ -25,9 +24,8 @@ struct Impact {
     history: Vec<[f64; 2]>,
 }
 
-fn impacts(context: &SuiteContext) -> Result<Findings> {
+fn impacts(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let table = Table::new(REFERENCE);
-    let mut found = Findings::default();
     for (law, tolerance) in TOLERANCES {
         let own = [format!("contact.law={law:?}")];
         let setup = context.setup(TEXT, CASE.name, &own)?;
@@ -75,20 +73,15 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
         }
         if law == "hertz" {
             let peak = [table.of("impact", "pair", "duration"), table.of("impact", "pair", "force")];
-            let top = peak[1] * 1e-3;
-            found.overlays.push(Overlay::new(
+            let (end, top) = (peak[0] * 1e6, peak[1] * 1e-3);
+            let peak = reference("largest force and end", [[0.0, top], [end, top], [end, 0.0]]);
+            found.plot(
                 "force",
                 "Force between two spheres of glass that meet at 10 m/s each",
                 ["time (us)", "force (kN)"],
-                [
-                    (
-                        "reference: largest force and end",
-                        vec![[0.0, top], [peak[0] * 1e6, top], [peak[0] * 1e6, 0.0]],
-                    ),
-                    ("measured", both[0].history.clone()),
-                ],
-            ));
+                [peak, measured("measured", both[0].history.clone())],
+            );
         }
     }
-    Ok(found)
+    Ok(())
 }

@@ -1,7 +1,6 @@
 //! One point of the study of hindered settling, with both force balances: `validation/hindered_settling`.
 
 use super::prelude::*;
-use std::collections::BTreeMap;
 use turbid::coupling::CONTROL_INTERVAL;
 use turbid::output::estimate_settling;
 
@@ -13,8 +12,8 @@ pub(super) const CASE: Case = Case {
     question: "settling velocity of a suspension, volume fraction 0.2, Archimedes number 1000, both force balances",
     source: "Marquardt, Hafen and Krause (2024), doi:10.1016/j.cpc.2024.109321, Table 1",
     parts: &[
-        Part::wide(38.0, |context| settle(context, "fluid_only")),
-        Part::wide(38.0, |context| settle(context, "mixture")),
+        Part::wide(38.0, |context, found| settle(context, found, "fluid_only")),
+        Part::wide(38.0, |context, found| settle(context, found, "mixture")),
     ],
 };
 
@@ -24,7 +23,7 @@ const TOLERANCE: f64 = 0.15;
 const FROM: f64 = 40.0;
 const TO: f64 = 100.0;
 
-fn settle(context: &SuiteContext, balance: &str) -> Result<Findings> {
+fn settle(context: &SuiteContext, found: &mut Findings, balance: &str) -> Result<()> {
     let own = [
         "domain.size={ diameters = [6, 6, 6] }".to_string(),
         format!("particles.0.volume_fraction={PHI}"),
@@ -34,53 +33,41 @@ fn settle(context: &SuiteContext, balance: &str) -> Result<Findings> {
     ];
     let setup = context.setup(TEXT, CASE.name, &own)?;
     let watch = Watch { context, setup: &setup, threads: context.threads, every: 2 * CONTROL_INTERVAL };
-    // Step, sum of the vertical velocities of the particles of a rank, and, of rank 0, the velocity of the mixture.
-    let parts: Vec<(u64, f64, f64)> = watch.rows(|run, rows| {
-        let sum: f64 = run.particles().iter().map(|p| p.velocity().z).sum();
-        let mixture = if run.comm().rank() == 0 { run.mean_flow().velocity.z } else { 0.0 };
-        rows.push((run.steps_done(), sum, mixture));
-        Ok(false)
-    })?;
-    let mut steps: BTreeMap<u64, (f64, f64)> = BTreeMap::new();
-    for (step, sum, mixture) in parts {
-        let both = steps.entry(step).or_default();
-        *both = (both.0 + sum, both.1 + mixture);
-    }
     let count = setup.particles.len() as f64;
     let scales = &setup.expect_fluid().scales;
     let interval = 2.0 * CONTROL_INTERVAL as f64 * setup.time_step / scales.stokes_time;
-    let course = steps.iter().map(|(&step, (sum, mixture))| {
-        let time = step as f64 * setup.time_step / scales.stokes_time;
-        [time, (mixture - sum / count) / scales.stokes_velocity]
-    });
-    let course: Vec<[f64; 2]> = course.collect();
+    let course: Vec<[f64; 2]> = watch.rows(|run, rows: &mut Vec<_>| {
+        let time = run.steps_done()? as f64 * setup.time_step / scales.stokes_time;
+        let sum: f64 = run.particles()?.iter().map(|p| p.velocity().z).sum();
+        let mixture = run.on_root(|run| Ok(run.mean_flow().velocity.z))?;
+        rows.push([time, (mixture - sum / count) / scales.stokes_velocity]);
+        Ok(false)
+    })?;
     let steady: Vec<f64> = course.iter().filter(|at| at[0] > FROM).map(|at| at[1]).collect();
     let distance = steady.iter().sum::<f64>() * interval;
     let Some(mean) = estimate_settling(&steady, distance) else {
         return Err(unsteady("time (D / U_Stokes)", course.len() as f64 * interval));
     };
     let table = Table::new(REFERENCE);
-    let mut found = Findings::default();
     let quantity = format!("U / U_Stokes, phi {PHI}, {balance} (-)");
     let (column, source, name) = if balance == "mixture" {
         (
             "garside_yao",
             "Garside and Al-Dibouni (1977), doi:10.1021/i260062a008; Yao et al. (2021)",
-            "reference: Garside and Al-Dibouni, Yao et al.",
+            "Garside and Al-Dibouni, Yao et al.",
         )
     } else {
-        ("u_over_stokes", CASE.source, "reference: Marquardt et al. (2024)")
+        ("u_over_stokes", CASE.source, "Marquardt et al. (2024)")
     };
     let expected = table.at("phi", PHI, column);
-    found.relative(quantity, mean.mean, expected, TOLERANCE);
-    found.from(source);
+    found.relative(quantity, mean.mean, expected, TOLERANCE).source(source);
     let error = mean.standard_error.unwrap_or(f64::NAN);
     found.note(format!("its standard error, {balance}"), error);
-    found.overlays.push(Overlay::new(
+    found.plot(
         balance,
         format!("Settling velocity at volume fraction {PHI}, {balance}"),
         ["time over D / U_Stokes (-)", "velocity over U_Stokes (-)"],
-        [(name, vec![[0.0, expected], [TO, expected]]), ("measured", course)],
-    ));
-    Ok(found)
+        [reference(name, [[0.0, expected], [TO, expected]]), measured("measured", course)],
+    );
+    Ok(())
 }

@@ -12,7 +12,7 @@ pub(super) const CASE: Case = Case {
     source: "Sangani and Acrivos (1982), doi:10.1016/0301-9322(82)90047-7",
     parts: &[
         Part::quick(7.0, balances),
-        Part::quick(6.0, |context| Ok(settle(context, 4, ForceBalance::Mixture)?.0)),
+        Part::quick(6.0, |context, found| settle(context, found, 4, ForceBalance::Mixture).map(|_| ())),
     ],
 };
 
@@ -24,20 +24,19 @@ const RATIO: f64 = 1e-3;
 /// A multiple of the interval at which the flow is measured.
 const STRETCH: u64 = 20 * CONTROL_INTERVAL;
 
-/// Both balances in the same cube.
-fn balances(context: &SuiteContext) -> Result<Findings> {
-    let (mut found, mixture) = settle(context, 3, ForceBalance::Mixture)?;
-    let (fluid, fluid_only) = settle(context, 3, ForceBalance::FluidOnly)?;
-    found.append(fluid);
+fn balances(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let mixture = settle(context, found, 3, ForceBalance::Mixture)?;
+    let fluid_only = settle(context, found, 3, ForceBalance::FluidOnly)?;
     let phi = Table::new(REFERENCE).at("L_over_D", 3.0, "phi");
     let quantity = "U of fluid_only over that of mixture, L = 3 D (-)";
-    found.relative(quantity, fluid_only / mixture, 1.0 / (1.0 - phi), RATIO);
-    found.from("gravity g / (1 - phi) in place of g");
-    Ok(found)
+    found
+        .relative(quantity, fluid_only / mixture, 1.0 / (1.0 - phi), RATIO)
+        .source("gravity g / (1 - phi) in place of g");
+    Ok(())
 }
 
 /// Settling velocity over the Stokes velocity in a cube of `edge` diameters, averaged over the passage of one cell.
-fn settle(context: &SuiteContext, edge: u32, balance: ForceBalance) -> Result<(Findings, f64)> {
+fn settle(context: &SuiteContext, found: &mut Findings, edge: u32, balance: ForceBalance) -> Result<f64> {
     let mixture = balance == ForceBalance::Mixture;
     let word = if mixture { "mixture" } else { "fluid_only" };
     let own = [
@@ -76,7 +75,6 @@ fn settle(context: &SuiteContext, edge: u32, balance: ForceBalance) -> Result<(F
     let carrier = if mixture { 1.0 } else { 1.0 - phi };
     let table = Table::new(REFERENCE);
     let expected = table.at("L_over_D", f64::from(edge), "sangani_acrivos") / carrier;
-    let mut found = Findings::default();
     found.relative(format!("U / U_Stokes, {name} (-)"), velocity / stokes, expected, TOLERANCE);
     let weight = phi * (fluid.scales.density_ratio - 1.0) * setup.gravity.norm();
     for (what, value) in [
@@ -87,5 +85,5 @@ fn settle(context: &SuiteContext, edge: u32, balance: ForceBalance) -> Result<(F
     ] {
         found.note(format!("{what}, {name}"), value);
     }
-    Ok((found, velocity / stokes))
+    Ok(velocity / stokes)
 }

@@ -11,20 +11,18 @@ pub(super) const CASE: Case = Case {
     question: "torque on a rotating sphere, drag on a dragged one, force on an oscillating one, in slow flow",
     source: "Stokes (1851), Trans. Camb. Phil. Soc. 9, 8",
     parts: &[
-        Part::quick(1.0, |context| rotation(context, 2)),
-        Part::quick(2.0, |context| rotation(context, 3)),
+        Part::quick(1.0, |context, found| rotation(context, found, 2)),
+        Part::quick(2.0, |context, found| rotation(context, found, 3)),
         Part::quick(1.0, dragging),
         Part::quick(15.0, oscillation),
     ],
 };
 
-/// Of torque and drag.
 const TOLERANCE: f64 = 0.01;
 /// Of both parts of the force on an oscillating sphere.
 const OF_OSCILLATION: f64 = 0.02;
 /// Largest relative change of the torque in `STRETCH` steps that counts as steady.
 const STEADY: f64 = 1e-5;
-/// Steps between two looks.
 const STRETCH: u64 = 100;
 
 /// Force (N) and torque (N m) of the only particle on the fluid.
@@ -33,7 +31,7 @@ fn on_fluid(run: &Simulation) -> [Vec3; 2] {
 }
 
 /// Torque on a rotating sphere in a periodic cube of `edge` diameters.
-fn rotation(context: &SuiteContext, edge: u32) -> Result<Findings> {
+fn rotation(context: &SuiteContext, found: &mut Findings, edge: u32) -> Result<()> {
     let own = if edge == 2 {
         Vec::new()
     } else {
@@ -56,19 +54,14 @@ fn rotation(context: &SuiteContext, edge: u32) -> Result<Findings> {
     let (mu, radius) = (setup.fluid_density() * setup.expect_fluid().viscosity, 0.5 * setup.diameter);
     let free = 8.0 * PI * mu * radius.powi(3) * spin.norm();
     let expected = Table::new(REFERENCE).of("quantity", &format!("rotation_{edge}"), "value");
-    let mut found = Findings::default();
-    found.relative(
-        format!("torque over 8 pi mu R^3 w, L = {edge} D (-)"),
-        torque / free,
-        expected,
-        TOLERANCE,
-    );
-    found.from("Hasimoto's (1959) sum for rotlets");
-    Ok(found)
+    found
+        .relative(format!("torque over 8 pi mu R^3 w, L = {edge} D (-)"), torque / free, expected, TOLERANCE)
+        .source("Hasimoto's (1959) sum for rotlets");
+    Ok(())
 }
 
 /// Drag on a sphere that is moved through a periodic cube whose net flux is zero.
-fn dragging(context: &SuiteContext) -> Result<Findings> {
+fn dragging(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let own = [
         "domain.size=[2.5e-3, 2.5e-3, 2.5e-3]",
         "lattice.cells_per_diameter=12.407",
@@ -92,16 +85,17 @@ fn dragging(context: &SuiteContext) -> Result<Findings> {
     }
     let stokes = 3.0 * PI * setup.fluid_density() * viscosity * diameter * speed;
     let expected = Table::new(REFERENCE).of("quantity", "drag", "value");
-    let mut found = Findings::default();
-    found.relative("K of a dragged sphere, phi 0.064 (-)", force / stokes, expected, TOLERANCE);
-    found.from("Zick and Homsy (1982), doi:10.1017/S0022112082000627");
-    found.absolute("net flux over the velocity of the sphere (-)", flux / speed, 0.0, 1e-3);
-    found.from("what the controller is for");
-    Ok(found)
+    found
+        .relative("K of a dragged sphere, phi 0.064 (-)", force / stokes, expected, TOLERANCE)
+        .source("Zick and Homsy (1982), doi:10.1017/S0022112082000627");
+    found
+        .absolute("net flux over the velocity of the sphere (-)", flux / speed, 0.0, 1e-3)
+        .source("what the controller is for");
+    Ok(())
 }
 
 /// Force on a sphere that oscillates in a periodic cube of four diameters, over the second period.
-fn oscillation(context: &SuiteContext) -> Result<Findings> {
+fn oscillation(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let own = [
         "domain.size={ diameters = [4, 4, 4] }",
         "fluid.precision=\"f32\"",
@@ -130,7 +124,6 @@ fn oscillation(context: &SuiteContext) -> Result<Findings> {
     }
     let table = Table::new(REFERENCE);
     let stokes = 6.0 * PI * setup.fluid_density() * nu * radius * amplitude;
-    let mut found = Findings::default();
     for (name, key, measured) in [
         ("force in phase with the velocity over 6 pi mu R U (-)", "in_phase", with_velocity / stokes),
         (
@@ -142,5 +135,5 @@ fn oscillation(context: &SuiteContext) -> Result<Findings> {
         found.relative(name, measured, table.of("quantity", key, "value"), OF_OSCILLATION);
     }
     found.note("steps in a period", period as f64);
-    Ok(found)
+    Ok(())
 }

@@ -11,9 +11,9 @@ pub(super) const CASE: Case = Case {
     question: "mean drag on a fixed random array of spheres in slow flow, volume fractions 0.1 to 0.3",
     source: "van der Hoef, Beetstra and Kuipers (2005), doi:10.1017/S0022112004003295",
     parts: &[
-        Part::full(40.0, |context| drag(context, 0.1)),
-        Part::full(30.0, |context| drag(context, 0.2)),
-        Part::full(25.0, |context| drag(context, 0.3)),
+        Part::full(40.0, |context, found| drag(context, found, 0.1)),
+        Part::full(30.0, |context, found| drag(context, found, 0.2)),
+        Part::full(25.0, |context, found| drag(context, found, 0.3)),
     ],
 };
 
@@ -21,12 +21,9 @@ const TOLERANCE: f64 = 0.1;
 /// Largest relative change of the mean velocity, in the time constant of its approach, that counts as steady.
 const STEADY: f64 = 1e-3;
 
-/// Arrangements of each volume fraction.
 const ARRANGEMENTS: u32 = 3;
-/// Mean drag factor of several arrangements.
-fn drag(context: &SuiteContext, volume_fraction: f64) -> Result<Findings> {
+fn drag(context: &SuiteContext, found: &mut Findings, volume_fraction: f64) -> Result<()> {
     let expected = Table::new(REFERENCE).at("phi", volume_fraction, "F");
-    let mut found = Findings::default();
     let mut sum = 0.0;
     for seed in 1..=ARRANGEMENTS {
         let (factor, reynolds) = arrangement(context, volume_fraction, seed, expected)?;
@@ -37,7 +34,7 @@ fn drag(context: &SuiteContext, volume_fraction: f64) -> Result<Findings> {
     let quantity = format!("F, phi {volume_fraction}, mean of {ARRANGEMENTS} arrangements (-)");
     let mean = sum / f64::from(ARRANGEMENTS);
     found.relative(quantity, mean, expected, TOLERANCE);
-    Ok(found)
+    Ok(())
 }
 
 /// `F = (1 - phi) rho a L^3 / (n 3 pi mu D U)`, without the mean pressure gradient on the spheres themselves, and the Reynolds
@@ -53,9 +50,9 @@ fn arrangement(context: &SuiteContext, volume_fraction: f64, seed: u32, expected
     let time_constant = (1.0 - phi) * volume / (unit * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;
     let watch = Watch { context, setup: &setup, threads: 1, every: interval };
-    let course: Vec<f64> = watch.rows(|run, rows| {
+    let course: Vec<f64> = watch.rows(|run, rows: &mut Vec<f64>| {
         let before = rows.last().copied().unwrap_or(0.0);
-        let velocity = run.mean_flow().velocity.z;
+        let velocity = run.on_root(|run| Ok(run.mean_flow().velocity.z))?;
         rows.push(velocity);
         Ok((velocity - before).abs() < STEADY * velocity.abs())
     })?;

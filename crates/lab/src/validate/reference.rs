@@ -9,7 +9,6 @@ pub(super) struct Table {
 }
 
 impl Table {
-    /// Reads the text of a `reference.csv`.
     pub(super) fn new(text: &str) -> Self {
         let mut reader = ReaderBuilder::new().comment(Some(b'#')).flexible(true).from_reader(text.as_bytes());
         let header = reader.headers().expect("a table has a header").clone();

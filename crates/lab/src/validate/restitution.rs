@@ -13,7 +13,6 @@ pub(super) const CASE: Case = Case {
 };
 
 const TOLERANCE: f64 = 2e-3;
-/// Restitution that is set.
 const SET: [f64; 5] = [0.5, 0.7, 0.8, 0.926, 1.0];
 /// Elastic law, damping, and where the latter is from.
 const LAWS: [(&str, &str, &str); 2] = [
@@ -21,12 +20,11 @@ const LAWS: [(&str, &str, &str); 2] = [
     ("hertz", "tsuji", "Tsuji, Tanaka and Ishida (1992), doi:10.1016/0032-5910(92)88030-L"),
 ];
 
-fn impacts(context: &SuiteContext) -> Result<Findings> {
+fn impacts(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let table = Table::new(REFERENCE);
-    let mut found = Findings::default();
-    let mut curves = vec![("reference: as set".to_string(), vec![[SET[0], SET[0]], [SET[4], SET[4]]])];
+    let mut curves = vec![reference("as set", [SET[0], SET[4]].map(|set| [set, set]))];
     for (law, damping, source) in LAWS {
-        let mut measured = Vec::new();
+        let mut points = Vec::new();
         for set in SET {
             let own = [
                 format!("contact.law={law:?}"),
@@ -44,24 +42,19 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
             let after = run.particles();
             let wall = -after[0].velocity().z / before[0].velocity().z;
             let along = (before[2].position() - before[1].position()).normalize();
-            let apart =
-                |all: &[turbid::particle::Particle]| along.dot(&(all[2].velocity() - all[1].velocity()));
+            let apart = |all: &[Particle]| along.dot(&(all[2].velocity() - all[1].velocity()));
             let pair = -apart(after) / apart(before);
             let reference = table.at("e", set, damping);
             for (what, value) in [("wall", wall), ("pair", pair)] {
                 let quantity = format!("restitution set to {set}, {damping}, {what} (-)");
-                found.absolute(quantity, value, reference, TOLERANCE);
-                found.from(source);
+                found.absolute(quantity, value, reference, TOLERANCE).source(source);
             }
-            measured.push([set, wall]);
+            points.push([set, wall]);
         }
-        curves.push((format!("{damping}, wall"), measured));
+        let curve = if curves.len() > 1 { overlaid } else { measured };
+        curves.push(curve(format!("{damping}, wall"), points));
     }
-    found.overlays.push(Overlay::new(
-        "restitution",
-        "Restitution of a sphere on a wall",
-        ["restitution set (-)", "restitution measured (-)"],
-        curves,
-    ));
-    Ok(found)
+    let axes = ["restitution set (-)", "restitution measured (-)"];
+    found.plot("restitution", "Restitution of a sphere on a wall", axes, curves);
+    Ok(())
 }

@@ -11,11 +11,11 @@ pub(super) const CASE: Case = Case {
     question: "a sphere much lighter than the fluid: how it starts to rise, and its terminal velocity",
     source: "Basset (1888), Maxey and Riley (1983), doi:10.1063/1.864230; Sangani and Acrivos (1982)",
     parts: &[
-        Part::quick(2.0, |context| rise(context, 0.05, 8, 0.65)),
-        Part::quick(2.0, |context| rise(context, 0.5, 8, 0.65)),
-        Part::full(15.0, |context| rise(context, 0.05, 12, 0.65)),
-        Part::full(15.0, |context| rise(context, 0.5, 12, 0.65)),
-        Part::full(5.0, |context| rise(context, 0.05, 12, 1.0)),
+        Part::quick(2.0, |context, found| rise(context, found, 0.05, 8, 0.65)),
+        Part::quick(2.0, |context, found| rise(context, found, 0.5, 8, 0.65)),
+        Part::full(15.0, |context, found| rise(context, found, 0.05, 12, 0.65)),
+        Part::full(15.0, |context, found| rise(context, found, 0.5, 12, 0.65)),
+        Part::full(5.0, |context, found| rise(context, found, 0.05, 12, 1.0)),
     ],
 };
 
@@ -30,7 +30,13 @@ const END: f64 = 4.0;
 const STEADY: f64 = 0.01;
 
 /// A sphere of this density ratio at this resolution and relaxation time.
-fn rise(context: &SuiteContext, ratio: f64, cells: u32, relaxation_time: f64) -> Result<Findings> {
+fn rise(
+    context: &SuiteContext,
+    found: &mut Findings,
+    ratio: f64,
+    cells: u32,
+    relaxation_time: f64,
+) -> Result<()> {
     let own = [
         format!("particles.0.density={}", 1000.0 * ratio),
         format!("lattice.cells_per_diameter={cells}"),
@@ -42,13 +48,13 @@ fn rise(context: &SuiteContext, ratio: f64, cells: u32, relaxation_time: f64) ->
     let viscous = setup.diameter * setup.diameter / fluid.viscosity;
     let velocity = |run: &Simulation| run.particles()[0].velocity().z - run.mean_flow().velocity.z;
     let name = format!("density ratio {ratio}, {cells} cells, relaxation time {relaxation_time}");
-    let mut found = Findings::default();
     for time in TIMES {
         run.run_until(time * viscous)?;
         let expected = basset(&setup, run.time());
         let quantity = format!("U at t = {time} D^2 / nu over that of Basset, {name} (-)");
-        found.relative(quantity, velocity(&run) / expected, 1.0, EARLY);
-        found.from("Basset-Boussinesq-Oseen equation, added mass 1/2, at rest at t = 0");
+        found
+            .relative(quantity, velocity(&run) / expected, 1.0, EARLY)
+            .source("Basset-Boussinesq-Oseen equation, added mass 1/2, at rest at t = 0");
     }
     run.run_until(0.75 * END * viscous)?;
     let before = velocity(&run);
@@ -61,7 +67,7 @@ fn rise(context: &SuiteContext, ratio: f64, cells: u32, relaxation_time: f64) ->
     let terminal = last / fluid.scales.stokes_velocity.abs();
     found.relative(format!("U / U_Stokes, {name} (-)"), terminal, expected, TERMINAL);
     found.note(format!("steps, {name}"), run.steps_done() as f64);
-    Ok(found)
+    Ok(())
 }
 
 /// Velocity (m/s) of the sphere at a time (s) after

@@ -11,11 +11,11 @@ pub(super) const CASE: Case = Case {
     question: "velocity and path of a sphere that settles in a closed tank of oil",
     source: "ten Cate et al. (2002), doi:10.1063/1.1512918",
     parts: &[
-        Part::quick(2.0, |context| fall(context, "E4", (8, 0.55), 0.05, 1)),
-        Part::wide(68.0, |context| fall(context, "E1", (15, 0.8), 0.04, context.threads)),
-        Part::wide(34.0, |context| fall(context, "E2", (15, 0.8), 0.03, context.threads)),
-        Part::wide(26.0, |context| fall(context, "E3", (15, 0.65), 0.03, context.threads)),
-        Part::wide(26.0, |context| fall(context, "E4", (15, 0.55), 0.03, context.threads)),
+        Part::quick(2.0, |context, found| fall(context, found, "E4", (8, 0.55), 0.05, 1)),
+        Part::wide(68.0, |context, found| fall(context, found, "E1", (15, 0.8), 0.04, context.threads)),
+        Part::wide(34.0, |context, found| fall(context, found, "E2", (15, 0.8), 0.03, context.threads)),
+        Part::wide(26.0, |context, found| fall(context, found, "E3", (15, 0.65), 0.03, context.threads)),
+        Part::wide(26.0, |context, found| fall(context, found, "E4", (15, 0.55), 0.03, context.threads)),
     ],
 };
 
@@ -33,11 +33,12 @@ const UNTIL: f64 = 0.9;
 /// Runs one of the fluids with these cells per diameter and relaxation time; the tolerance is of the largest velocity.
 fn fall(
     context: &SuiteContext,
+    found: &mut Findings,
     oil: &str,
     (cells, relaxation_time): (u32, f64),
     tolerance: f64,
     threads: usize,
-) -> Result<Findings> {
+) -> Result<()> {
     let table = Table::new(REFERENCE);
     let [density, viscosity, fastest] = ["rho_f", "mu", "u_max"].map(|column| table.of("case", oil, column));
     let own = [
@@ -51,12 +52,10 @@ fn fall(
     let largest = course.iter().map(|at| -at[2]).fold(f64::NEG_INFINITY, f64::max);
     let aside = course.iter().map(|at| at[3]).fold(0.0, f64::max);
     let title = format!("{oil}, N = {cells}, tau = {}", setup.expect_fluid().relaxation_time);
-    let mut found = Findings::default();
     let quantity = format!("largest velocity, {title} (m/s)");
     found.relative(quantity, largest, fastest, tolerance);
     let quantity = format!("way to the side, {title} (D)");
-    found.absolute(quantity, aside, 0.0, SIDEWAYS);
-    found.from("symmetry");
+    found.absolute(quantity, aside, 0.0, SIDEWAYS).source("symmetry");
     if oil == "E1" {
         let path = Table::new(PATH).points(Some("h_over_d"), ["t_s", "value"]);
         let quantity = format!("furthest from the measured path, {title} (D)");
@@ -68,24 +67,24 @@ fn fall(
         let [here, there] = [here, there].map(|points| -slope(&points) * setup.diameter);
         found.relative(quantity, here, there, SLOPE);
         let own = course.iter().step_by(50).map(|at| [at[0], at[1]]);
-        found.overlays.push(Overlay::new(
+        found.plot(
             format!("path_{oil}"),
             "Gap between a sphere and the floor of the tank, experiment E1",
             ["time (s)", "gap over diameter (-)"],
-            [("reference: ten Cate et al. (2002)", path), ("measured", own.collect())],
-        ));
+            [reference("ten Cate et al. (2002)", path), measured("measured", own)],
+        );
     }
     let end = course.last().map_or(0.0, |at| at[0]);
-    found.overlays.push(Overlay::new(
+    found.plot(
         format!("velocity_{oil}_{cells}"),
         format!("Velocity of a sphere in the tank, {title}"),
         ["time (s)", "velocity (m/s)"],
         [
-            ("reference: largest velocity measured", vec![[0.0, fastest], [end, fastest]]),
-            ("measured", course.iter().step_by(20).map(|at| [at[0], -at[2]]).collect()),
+            reference("largest velocity measured", [[0.0, fastest], [end, fastest]]),
+            measured("measured", course.iter().step_by(20).map(|at| [at[0], -at[2]])),
         ],
-    ));
-    Ok(found)
+    );
+    Ok(())
 }
 
 /// Largest distance (diameters) from the points of a path with the gap above one diameter; all must have been reached.

@@ -35,7 +35,7 @@ fn run(setup: &Setup, mut look: impl FnMut(f64, &Particle) -> bool) -> Result<()
     Ok(())
 }
 
-fn sphere(context: &SuiteContext) -> Result<Findings> {
+fn sphere(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let setup = context.setup(SPHERE, CASE.name, &[])?;
     let rate = shear_rate(&setup);
     let (mut spin, mut before, mut samples) = (0.0, 0.0, 0.0);
@@ -51,16 +51,16 @@ fn sphere(context: &SuiteContext) -> Result<Findings> {
     })?;
     let reynolds = rate * (0.5 * setup.diameter).powi(2) / setup.expect_fluid().viscosity;
     let expected = 0.5 * (1.0 - 0.108 * reynolds.powf(1.5));
-    let mut found = Findings::default();
     let quantity = "sphere: spin over shear rate (-)";
-    found.relative(quantity, spin / samples / rate, expected, 0.01);
-    found.from("Meibohm et al. (2016), doi:10.1103/PhysRevFluids.1.084203");
+    found
+        .relative(quantity, spin / samples / rate, expected, 0.01)
+        .source("Meibohm et al. (2016), doi:10.1103/PhysRevFluids.1.084203");
     found.note("sphere: Reynolds number of the shear", reynolds);
     found.note("sphere: change of the spin over the last unit of strain", spin / samples / before - 1.0);
-    Ok(found)
+    Ok(())
 }
 
-fn spheroid(context: &SuiteContext) -> Result<Findings> {
+fn spheroid(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let setup = context.setup(SPHEROID, CASE.name, &[])?;
     let rate = shear_rate(&setup);
     // Angle of the long axis in the plane of the flow, without jumps; times at which it lies along the gradient.
@@ -93,7 +93,6 @@ fn spheroid(context: &SuiteContext) -> Result<Findings> {
         return Err(unsteady("half turns of the spheroid", angle / PI));
     };
     let table = Table::new(REFERENCE);
-    let mut found = Findings::default();
     let period = 2.0 * (second - first) * rate;
     let expected = table.at("r", 2.0, "T_gamma");
     found.relative("spheroid: period times shear rate (-)", period, expected, 0.02);
@@ -101,8 +100,7 @@ fn spheroid(context: &SuiteContext) -> Result<Findings> {
     let quantity = "spheroid: fastest over slowest spin (-)";
     found.relative(quantity, fastest / slowest, most / least, 0.05);
     let quantity = "spheroid: sine of the angle to the plane of the flow (-)";
-    found.absolute(quantity, aside, 0.0, 0.1);
-    found.from("symmetry");
+    found.absolute(quantity, aside, 0.0, 0.1).source("symmetry");
     found.note("spheroid: fastest spin over shear rate", fastest);
     found.note("spheroid: slowest spin over shear rate", slowest);
     // By Jeffery, with the angle from the flow.
@@ -111,11 +109,11 @@ fn spheroid(context: &SuiteContext) -> Result<Findings> {
         let (sin, cos) = (half_turns * PI).sin_cos();
         [half_turns, most * sin * sin + least * cos * cos]
     });
-    found.overlays.push(Overlay::new(
+    found.plot(
         "orbit",
         "Spin of a 2:1 spheroid in shear over half a turn",
         ["angle of the long axis from the flow over pi (-)", "spin over shear rate (-)"],
-        [("reference: Jeffery", orbit.collect()), ("measured", course)],
-    ));
-    Ok(found)
+        [reference("Jeffery", orbit), measured("measured", course)],
+    );
+    Ok(())
 }

@@ -18,13 +18,11 @@ pub(super) const CASE: Case = Case {
 const TOLERANCE: f64 = 0.25;
 /// Strain from which on the stress is averaged.
 const FROM: f64 = 3.0;
-/// Steps between two looks at the walls.
 const EVERY: u64 = 40;
 
-fn suspensions(context: &SuiteContext) -> Result<Findings> {
+fn suspensions(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let table = Table::new(REFERENCE);
-    let mut found = Findings::default();
-    let mut measured = Vec::new();
+    let mut points = Vec::new();
     for phi in [0.05, 0.1, 0.2] {
         let own = [format!("particles.0.volume_fraction={phi}")];
         let setup = context.setup(TEXT, CASE.name, &own)?;
@@ -34,13 +32,11 @@ fn suspensions(context: &SuiteContext) -> Result<Findings> {
         });
         let (size, rate) = (setup.domain.size(), shear_rate(&setup));
         let watch = Watch { context, setup: &setup, threads: context.threads, every: EVERY };
-        // Strain, and stress on the plates (Pa): the same on all ranks, so that one of them tells.
-        let series: Vec<[f64; 2]> = watch.rows(|run, rows| {
-            let loads = run.wall_loads();
+        // Strain, and stress on the plates (Pa).
+        let series: Vec<[f64; 2]> = watch.rows(|run, rows: &mut Vec<_>| {
+            let loads = run.on_root(|run| Ok(run.wall_loads()))?;
             let stress = 0.5 * (loads[low].force.x - loads[high].force.x) / (size.x * size.y);
-            if run.comm().rank() == 0 {
-                rows.push([rate * run.steps_done() as f64 * setup.time_step, stress]);
-            }
+            rows.push([rate * run.steps_done()? as f64 * setup.time_step, stress]);
             Ok(false)
         })?;
         let plain = setup.fluid_density() * setup.expect_fluid().viscosity * rate;
@@ -54,18 +50,18 @@ fn suspensions(context: &SuiteContext) -> Result<Findings> {
         found.relative(quantity, mean.mean - 1.0, expected - 1.0, TOLERANCE);
         let error = mean.standard_error.unwrap_or(f64::NAN);
         found.note(format!("its standard error, phi {phi}"), error);
-        measured.push([phi, mean.mean]);
+        points.push([phi, mean.mean]);
     }
     let columns = |name| table.points(None, ["phi", name]);
-    found.overlays.push(Overlay::new(
+    found.plot(
         "viscosity",
         "Viscosity of a sheared suspension over that of the fluid",
         ["volume fraction (-)", "relative viscosity (-)"],
         [
-            ("reference: Batchelor and Green (1972)", columns("batchelor_green")),
-            ("Eilers", columns("eilers")),
-            ("measured", measured),
+            reference("Batchelor and Green (1972)", columns("batchelor_green")),
+            measured("Eilers", columns("eilers")),
+            overlaid("measured", points),
         ],
-    ));
-    Ok(found)
+    );
+    Ok(())
 }

@@ -57,8 +57,7 @@ fn decay(setup: &Setup) -> Result<Vec<f64>> {
     Ok(amplitudes)
 }
 
-fn waves(context: &SuiteContext) -> Result<Findings> {
-    let mut found = Findings::default();
+fn waves(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let mut curves = Vec::new();
     for (tau, precision) in
         [(0.53, "f64"), (0.55, "f64"), (0.55, "f32"), (0.65, "f64"), (0.8, "f64"), (1.0, "f64")]
@@ -79,17 +78,13 @@ fn waves(context: &SuiteContext) -> Result<Findings> {
                 let rate = fluid.viscosity * k * k;
                 [rate * n as f64 * setup.time_step, amplitude / AMPLITUDE]
             });
-            let early = scaled.filter(|point| point[0] < 1.5).collect();
-            curves.push((format!("tau {}", fluid.relaxation_time), early));
+            let early = scaled.filter(|point| point[0] < 1.5);
+            curves.push(measured(format!("tau {}", fluid.relaxation_time), early));
         }
     }
     let exact = (0..=100).map(|n| [0.015 * f64::from(n), (-0.015 * f64::from(n)).exp()]);
-    curves.insert(0, ("reference: exponential".to_string(), exact.collect()));
-    found.overlays.push(Overlay::new(
-        "decay",
-        "Amplitude of a shear wave of 32 cells",
-        ["time times viscous rate (-)", "amplitude over that of the start (-)"],
-        curves,
-    ));
-    Ok(found)
+    curves.insert(0, reference("exponential", exact));
+    let axes = ["time times viscous rate (-)", "amplitude over that of the start (-)"];
+    found.plot("decay", "Amplitude of a shear wave of 32 cells", axes, curves);
+    Ok(())
 }

@@ -12,17 +12,17 @@ pub(super) const CASE: Case = Case {
     question: "drag factor K of a fixed simple-cubic array of spheres in slow flow",
     source: "Zick and Homsy (1982), doi:10.1017/S0022112082000627",
     parts: &[
-        Part::quick(2.0, |context| drag(context, 0.027, [33, 1], CENTRE, 0.65)),
-        Part::quick(1.0, |context| drag(context, 0.064, [25, 1], CENTRE, 0.65)),
-        Part::quick(1.0, |context| drag(context, 0.064, [25, 1], ASIDE, 0.65)),
-        Part::quick(2.0, |context| drag(context, 0.125, [20, 2], CENTRE, 0.65)),
-        Part::quick(3.0, |context| drag(context, 0.125, [20, 2], ASIDE, 0.65)),
-        Part::quick(1.0, |context| drag(context, 0.216, [17, 2], CENTRE, 0.65)),
-        Part::quick(1.0, |context| drag(context, 0.25, [16, 2], CENTRE, 0.65)),
-        Part::quick(3.0, |context| drag(context, 0.064, [25, 1], CENTRE, 0.55)),
-        Part::quick(3.0, |context| drag(context, 0.25, [16, 2], CENTRE, 0.55)),
-        Part::quick(1.0, |context| drag(context, 0.064, [25, 1], CENTRE, 1.0)),
-        Part::quick(1.0, |context| drag(context, 0.25, [16, 2], CENTRE, 1.0)),
+        Part::quick(2.0, |context, found| drag(context, found, 0.027, [33, 1], CENTRE, 0.65)),
+        Part::quick(1.0, |context, found| drag(context, found, 0.064, [25, 1], CENTRE, 0.65)),
+        Part::quick(1.0, |context, found| drag(context, found, 0.064, [25, 1], ASIDE, 0.65)),
+        Part::quick(2.0, |context, found| drag(context, found, 0.125, [20, 2], CENTRE, 0.65)),
+        Part::quick(3.0, |context, found| drag(context, found, 0.125, [20, 2], ASIDE, 0.65)),
+        Part::quick(1.0, |context, found| drag(context, found, 0.216, [17, 2], CENTRE, 0.65)),
+        Part::quick(1.0, |context, found| drag(context, found, 0.25, [16, 2], CENTRE, 0.65)),
+        Part::quick(3.0, |context, found| drag(context, found, 0.064, [25, 1], CENTRE, 0.55)),
+        Part::quick(3.0, |context, found| drag(context, found, 0.25, [16, 2], CENTRE, 0.55)),
+        Part::quick(1.0, |context, found| drag(context, found, 0.064, [25, 1], CENTRE, 1.0)),
+        Part::quick(1.0, |context, found| drag(context, found, 0.25, [16, 2], CENTRE, 1.0)),
     ],
 };
 
@@ -44,11 +44,12 @@ const ASIDE: [f64; 3] = [0.3, -0.2, 0.45];
 /// larger than half the box, so that dense arrays need `copies` of them in each direction.
 fn drag(
     context: &SuiteContext,
+    found: &mut Findings,
     volume_fraction: f64,
     [edge, copies]: [usize; 2],
     shift: [f64; 3],
     relaxation_time: f64,
-) -> Result<Findings> {
+) -> Result<()> {
     let length = edge as f64 * CELL;
     let radius = 0.5 * length * (6.0 * volume_fraction / PI).cbrt();
     let diameter = 2.0 * radius;
@@ -91,7 +92,6 @@ fn drag(
     let (tau, cells) = (fluid.relaxation_time, diameter / setup.domain.dx);
     let position = if shift.iter().all(|s| s.abs() < 1e-9) { "centre" } else { "aside" };
     let name = format!("phi {volume_fraction}, tau {tau}, {cells:.1} cells, {position}");
-    let mut found = Findings::default();
     let drag_factor = acceleration * length.powi(3) / (6.0 * PI * viscosity * radius * velocity);
     found.relative(format!("K, {name}"), drag_factor, expected, TOLERANCE);
 
@@ -105,10 +105,11 @@ fn drag(
     };
     let fed = setup.fluid_density() * acceleration * free;
     let force = run.loads().next().map_or(f64::NAN, |(_, load)| load.force.z);
-    found.relative(format!("force over that fed in, {name}"), force / fed, 1.0, BALANCE);
-    found.from("balance of momentum");
+    found
+        .relative(format!("force over that fed in, {name}"), force / fed, 1.0, BALANCE)
+        .source("balance of momentum");
     found.note(format!("Reynolds number, {name}"), velocity * diameter / viscosity);
-    Ok(found)
+    Ok(())
 }
 
 /// Cells that no sphere touches with the ramp of its solid fraction.

@@ -56,7 +56,7 @@ fn error(setup: &Setup) -> Result<f64> {
     Ok((square / (length * length) as f64).sqrt() / (0.5 * speed))
 }
 
-fn vortex(context: &SuiteContext) -> Result<Findings> {
+fn vortex(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let mut errors = Vec::new();
     for length in LENGTHS {
         let cell = 6.4e-3 / length as f64;
@@ -66,28 +66,22 @@ fn vortex(context: &SuiteContext) -> Result<Findings> {
         ];
         errors.push(error(&context.setup(TEXT, CASE.name, &own)?)?);
     }
-    let mut found = Findings::default();
     for n in 1..LENGTHS.len() {
         let order = (errors[n - 1] / errors[n]).log2();
         let quantity = format!("order, {} to {} cells (-)", LENGTHS[n - 1], LENGTHS[n]);
-        found.absolute(quantity, order, 2.0, ORDER);
-        found.from("Chapman-Enskog expansion: second order");
+        found.absolute(quantity, order, 2.0, ORDER).source("Chapman-Enskog expansion: second order");
     }
     let quantity = "error of the velocity at half decay, 64 cells (-)";
     found.absolute(quantity, errors[2], 0.0, ERROR);
-    let points = || LENGTHS.iter().zip(&errors).map(|(n, e)| [*n as f64, *e]);
+    let points = LENGTHS.iter().zip(&errors).map(|(n, e)| [*n as f64, *e]);
     let second = LENGTHS.iter().map(|&n| {
         let n = n as f64;
         [n, errors[0] * (16.0 / n).powi(2)]
     });
-    found.overlays.push(
-        Overlay::new(
-            "convergence",
-            "Error of a Taylor-Green vortex at half decay",
-            ["cells per length of the vortex (-)", "error over amplitude (-)"],
-            [("reference: second order", second.collect()), ("measured", points().collect())],
-        )
-        .logarithmic([true; 2]),
-    );
-    Ok(found)
+    let axes = ["cells per length of the vortex (-)", "error over amplitude (-)"];
+    let curves = [reference("second order", second), measured("measured", points)];
+    found
+        .plot("convergence", "Error of a Taylor-Green vortex at half decay", axes, curves)
+        .logarithmic([true; 2]);
+    Ok(())
 }

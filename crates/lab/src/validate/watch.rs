@@ -7,21 +7,22 @@
 //! ```
 
 use super::SuiteContext;
+use crate::checks::suite::Context;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs;
-use std::path::Path;
-use std::sync::OnceLock;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use turbid::case::Setup;
 use turbid::checkpoint;
-use turbid::comm::{Comm, try_on_threads};
+use turbid::comm::Comm;
 use turbid::domain::Decomposition;
 use turbid::error::{Error, Result};
 use turbid::input;
 use turbid::output::{directory, write_bytes};
-use turbid::simulation::{self, Simulation};
+use turbid::simulation::{self, Session, Simulation};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Time between two checkpoints, unless the run is stopped.
@@ -29,36 +30,29 @@ const INTERVAL: Duration = Duration::from_secs(300);
 /// A slow disk (bytes per second), for the time that a checkpoint may take.
 const SLOW_DISK: f64 = 1e8;
 
-/// A run and how often it is looked at.
+/// A run on at most this number of ranks, and the steps between two looks at it.
 pub(super) struct Watch<'a> {
     pub(super) context: &'a SuiteContext,
     pub(super) setup: &'a Setup,
-    /// Largest number of ranks.
     pub(super) threads: usize,
-    /// Steps between two looks.
     pub(super) every: u64,
 }
 
 impl Watch<'_> {
-    /// Runs until the end of the case, or until a look returns true; the rows of all ranks, in no particular order of the ranks.
-    ///
-    /// `look(run, rows)` is called on all ranks every [`every`](Self::every) steps, adds to the rows of this rank (rank 0 also has all rows of
-    /// before a restart), and returns the same on all ranks.
+    /// The rows that `look(run, rows)` has added until the end of the case, or until it returned true.
     ///
     /// # Errors
     /// [`Error::Interrupted`] if it was stopped; failures of the run, and of reading and writing its files.
-    pub(super) fn rows<R: Serialize + DeserializeOwned + Send>(
+    pub(super) fn rows<R: Serialize + DeserializeOwned>(
         &self,
-        look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
+        look: impl FnMut(&Session, &mut Vec<R>) -> Result<bool>,
     ) -> Result<Vec<R>> {
-        let Some(kept) = &self.context.kept else {
-            return self.run(None, look);
-        };
-        let setup = self.setup;
+        let Some(kept) = &self.context.kept else { return self.run(None, look) };
+        let provenance = &self.setup.provenance;
         let identity =
-            (env!("CARGO_PKG_VERSION"), program(), simulation::identity(setup), &setup.provenance.text);
+            (env!("CARGO_PKG_VERSION"), program(), simulation::identity(self.setup), &provenance.text);
         let key = xxh3_64(serde_json::to_string(&identity).expect("plain data is always JSON").as_bytes());
-        let folder = kept.join("kept").join(format!("{}_{key:016x}", setup.provenance.name));
+        let folder = kept.join("kept").join(format!("{}_{key:016x}", provenance.name));
         let file = folder.join("rows.json");
         if let Ok(bytes) = input::read(&file, input::RECORD)
             && let Ok(rows) = serde_json::from_slice(&bytes)
@@ -73,35 +67,50 @@ impl Watch<'_> {
         if !usable && checkpoints.exists() {
             checkpoint::clear(&checkpoints)?;
         }
-        let rows = self.run(Some(&checkpoints), look)?;
-        let text = serde_json::to_string(&rows).expect("plain data is always JSON");
-        write_bytes(&file, text.as_bytes())?;
+        let rows = self.run(Some((&checkpoints, usable)), look)?;
+        write_bytes(&file, &json(&rows))?;
         checkpoint::clear(&checkpoints)?;
         Ok(rows)
     }
 
-    fn run<R: Serialize + DeserializeOwned + Send>(
+    /// Runs, with checkpoints in a folder, which may have one already.
+    fn run<R: Serialize + DeserializeOwned>(
         &self,
-        checkpoints: Option<&Path>,
-        look: impl Fn(&mut Simulation, &mut Vec<R>) -> Result<bool> + Sync,
+        checkpoints: Option<(&Path, bool)>,
+        mut look: impl FnMut(&Session, &mut Vec<R>) -> Result<bool>,
     ) -> Result<Vec<R>> {
-        let ranks = Decomposition::max_ranks(self.setup.domain, self.threads.max(1));
-        let decomposition = Decomposition::new(self.setup.domain, ranks).expect("at most the largest number");
-        let all = try_on_threads(ranks, |comm| {
-            let mut run = Simulation::new(self.setup, &decomposition, comm)?;
-            let mut checkpointer = Checkpointer::new(self, checkpoints);
-            let mut rows = checkpointer.restore(&mut run)?;
-            while run.steps_done() < self.setup.plan.end_step {
-                run.advance(self.every)?;
-                if look(&mut run, &mut rows)? {
-                    break;
-                }
-                checkpointer.observe(&mut run, &rows)?;
+        let mut setup = self.setup.clone();
+        setup.plan.threads = Decomposition::max_ranks(setup.domain, self.threads.max(1));
+        let (session, setup) = (Session::new(setup)?, Arc::new(self.setup.clone()));
+        let mut rows = match checkpoints {
+            Some((folder, true)) => {
+                let (from, setup) = (folder.to_owned(), setup.clone());
+                let bytes = session.on_root(move |run| run.read_checkpoint(&from, &setup))?;
+                serde_json::from_slice(&bytes)
+                    .map_err(|error| Error::Input(format!("{}: {error}; remove it", folder.display())))?
             }
-            Ok(rows)
-        })?;
-        let all: Result<Vec<Vec<R>>> = all.into_iter().collect();
-        Ok(all?.into_iter().flatten().collect())
+            _ => Vec::new(),
+        };
+        let write = Duration::from_secs_f64(Simulation::checkpoint_bytes(&setup) / SLOW_DISK);
+        let (mut written, mut longest) = (Instant::now(), Duration::ZERO);
+        while session.steps_done()? < setup.plan.end_step {
+            let start = Instant::now();
+            session.advance(self.every)?;
+            if look(&session, &mut rows)? {
+                break;
+            }
+            longest = longest.max(start.elapsed());
+            let stop = self.context.is_over(write + 2 * longest);
+            if let (true, Some((folder, _))) = (stop || written.elapsed() >= INTERVAL, checkpoints) {
+                let (to, setup, rows) = (PathBuf::from(folder), setup.clone(), json(&rows));
+                session.on_ranks(move |run| run.write_checkpoint(&to, &setup, &rows))?;
+                written = Instant::now();
+            }
+            if stop {
+                return Err(Error::Interrupted);
+            }
+        }
+        Ok(rows)
     }
 }
 
@@ -114,88 +123,21 @@ pub(super) fn sphere_course(
     until: f64,
 ) -> Result<Vec<[f64; 4]>> {
     let (start, diameter) = (setup.particles[0].position(), setup.diameter);
-    let watch = Watch { context, setup, threads, every: 1 };
-    let mut rows: Vec<[f64; 4]> = watch.rows(|run, rows| {
-        // The rank that owns the sphere, which may change on the way down.
-        let mut low = [f64::NEG_INFINITY];
-        if let Some(sphere) = run.particles().first() {
-            let gap = sphere.position().z / diameter - 0.5;
-            let aside = (sphere.position() - start).xy().norm() / diameter;
-            rows.push([run.steps_done() as f64 * setup.time_step, gap, sphere.velocity().z, aside]);
-            low = [-gap];
-        }
-        run.comm().max(&mut low);
-        Ok(-low[0] < until)
-    })?;
-    rows.sort_by(|a, b| a[0].total_cmp(&b[0]));
-    Ok(rows)
+    Watch { context, setup, threads, every: 1 }.rows(|run, rows: &mut Vec<[f64; 4]>| {
+        let sphere = &run.particles()?[0];
+        let gap = sphere.position().z / diameter - 0.5;
+        let aside = (sphere.position() - start).xy().norm() / diameter;
+        rows.push([run.steps_done()? as f64 * setup.time_step, gap, sphere.velocity().z, aside]);
+        Ok(gap < until)
+    })
 }
 
 /// Checksum of the program that runs; 0 where it cannot be read.
 fn program() -> u64 {
     static SUM: OnceLock<u64> = OnceLock::new();
-    *SUM.get_or_init(|| {
-        let bytes = std::env::current_exe().and_then(fs::read);
-        bytes.map_or(0, |bytes| xxh3_64(&bytes))
-    })
+    *SUM.get_or_init(|| std::env::current_exe().and_then(fs::read).map_or(0, |bytes| xxh3_64(&bytes)))
 }
 
-/// Writes the checkpoints of a run, and stops it.
-struct Checkpointer<'a> {
-    watch: &'a Watch<'a>,
-    folder: Option<&'a Path>,
-    written: Instant,
-    /// Time of the last look, and the longest time between two.
-    look: Instant,
-    longest: Duration,
-}
-
-impl<'a> Checkpointer<'a> {
-    fn new(watch: &'a Watch<'a>, folder: Option<&'a Path>) -> Self {
-        let now = Instant::now();
-        Self { watch, folder, written: now, look: now, longest: Duration::ZERO }
-    }
-
-    /// Restores the last checkpoint, if there is one; all rows so far are then on rank 0.
-    fn restore<R: DeserializeOwned>(&self, run: &mut Simulation) -> Result<Vec<R>> {
-        let Some(folder) = self.folder else { return Ok(Vec::new()) };
-        if checkpoint::list(folder)?.is_empty() {
-            return Ok(Vec::new());
-        }
-        let bytes = run.read_checkpoint(folder, self.watch.setup)?;
-        if run.comm().rank() > 0 {
-            return Ok(Vec::new());
-        }
-        serde_json::from_slice(&bytes)
-            .map_err(|error| Error::Input(format!("{}: {error}; remove it", folder.display())))
-    }
-
-    /// Writes a checkpoint if one is due; stops the run if it must. Collective.
-    fn observe<R: Serialize>(&mut self, run: &mut Simulation, rows: &[R]) -> Result<()> {
-        let now = Instant::now();
-        self.longest = self.longest.max(now - self.look);
-        self.look = now;
-        let write = Duration::from_secs_f64(Simulation::checkpoint_bytes(self.watch.setup) / SLOW_DISK);
-        let stop = self.watch.context.is_over(write + 2 * self.longest);
-        let due = self.folder.is_some() && now - self.written >= INTERVAL;
-        // Both in one message.
-        let mut requests = [stop, due].map(|request| f64::from(u8::from(request)));
-        run.comm().max(&mut requests);
-        let [stop, due] = requests.map(|request| request > 0.5);
-        if let (true, Some(folder)) = (stop || due, self.folder) {
-            let mine = serde_json::to_vec(rows).expect("plain data is always JSON");
-            let all = joined(&run.comm().all_gather(mine));
-            run.write_checkpoint(folder, self.watch.setup, &all)?;
-            self.written = Instant::now();
-            self.look = self.written;
-        }
-        if stop { Err(Error::Interrupted) } else { Ok(()) }
-    }
-}
-
-/// Lists of JSON, one after the other in one.
-fn joined(lists: &[Vec<u8>]) -> Vec<u8> {
-    let inner = lists.iter().map(|list| &list[1..list.len() - 1]);
-    let filled: Vec<&[u8]> = inner.filter(|list| !list.is_empty()).collect();
-    [&b"["[..], &filled.join(&b","[..]), b"]"].concat()
+fn json(rows: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(rows).expect("plain data is always JSON")
 }

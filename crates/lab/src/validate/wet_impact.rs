@@ -23,9 +23,8 @@ const LEFT: f64 = 0.05;
 /// Young's modulus per density of the sphere (Pa m^3/kg), so that all contacts last as long.
 const MODULUS: f64 = 5.0;
 
-fn impacts(context: &SuiteContext) -> Result<Findings> {
-    let mut found = Findings::default();
-    let (mut measured, mut paths) = (Vec::new(), Vec::new());
+fn impacts(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let (mut points, mut paths) = (Vec::new(), Vec::new());
     for stokes in STOKES {
         let density = 1000.0 * 9.0 * stokes / REYNOLDS;
         let own = [
@@ -48,35 +47,29 @@ fn impacts(context: &SuiteContext) -> Result<Findings> {
         found.note(format!("restitution over dry, thrown at {stokes}"), part);
         let deep = (-lowest * setup.diameter).max(0.0) / setup.diameter;
         found.note(format!("deepest overlap (D), thrown at {stokes}"), deep);
-        measured.push([near, part]);
-        paths.push((format!("St {stokes}"), course.iter().step_by(4).map(|at| [at[0], at[1]]).collect()));
+        points.push([near, part]);
+        paths.push(measured(format!("St {stokes}"), course.iter().step_by(4).map(|at| [at[0], at[1]])));
     }
     let table = Table::new(REFERENCE);
-    for &[stokes, part] in &measured {
-        let points = |column| table.points(None, ["St", column]);
-        let [low, high] = ["low", "high"].map(|column| interpolated(&points(column), stokes));
+    let column = |name| table.points(None, ["St", name]);
+    for &[stokes, part] in &points {
+        let [low, high] = ["low", "high"].map(|name| interpolated(&column(name), stokes));
         let quantity = format!("restitution over dry at St {stokes:.1}, of the experiments (-)");
         found.absolute(&quantity, part, 0.5 * (low + high), 0.5 * (high - low));
     }
-    found.overlays.push(
-        Overlay::new(
-            "restitution",
-            "Restitution in a viscous fluid over that without",
-            ["Stokes number (-)", "restitution over dry (-)"],
-            [
-                ("reference: Legendre et al. (2005)", table.points(None, ["St", "e"])),
-                ("experiments, lowest", table.points(None, ["St", "low"])),
-                ("experiments, highest", table.points(None, ["St", "high"])),
-                ("measured", measured),
-            ],
-        )
-        .logarithmic([true, false]),
+    let plot = found.plot(
+        "restitution",
+        "Restitution in a viscous fluid over that without",
+        ["Stokes number (-)", "restitution over dry (-)"],
+        [
+            reference("Legendre et al. (2005)", column("e")),
+            measured("experiments, lowest", column("low")),
+            measured("experiments, highest", column("high")),
+            measured("measured", points),
+        ],
     );
-    found.overlays.push(Overlay::new(
-        "paths",
-        "Gap between sphere and wall",
-        ["time (s)", "gap over diameter (-)"],
-        paths,
-    ));
-    Ok(found)
+    plot.logarithmic([true, false]);
+    let axes = ["time (s)", "gap over diameter (-)"];
+    found.plot("paths", "Gap between sphere and wall", axes, paths);
+    Ok(())
 }

@@ -6,7 +6,6 @@ use crate::crosscheck::{Against, CASES};
 use std::fs;
 use std::sync::Arc;
 use turbid::math::Vec3;
-use turbid::output::Overlay;
 use turbid::particle::{Particle, Template};
 use turbid::shape::Sphere;
 
@@ -22,21 +21,14 @@ fn a_case_leaves_its_plots_and_trajectories() {
         particles: [vec![particle(0, -1.0), particle(1, 0.0)], vec![particle(0, -1.0)]],
         templates: [sphere(0.5), sphere(0.25)].into(),
     };
-    let curve = |name: &str| (name.to_string(), vec![[0.0, 0.0], [1.0, 1.0]]);
-    let overlay = Overlay {
-        name: "force".to_string(),
-        title: "force".to_string(),
-        axes: ["d (m)".to_string(), "F (N)".to_string()],
-        logarithmic: [false; 2],
-        curves: vec![curve("native"), curve("LIGGGHTS")],
-    };
-    let found = Findings {
+    let mut found = Findings {
         checks: vec![Check::new("good", 0.0, 0.0, 0.0, "")],
-        overlays: vec![overlay],
         moments: vec![moment(0.0), moment(0.5)],
         ..Findings::default()
     };
-    let outcomes = [Outcome::of_engines("impact", "", Against::liggghts().name, || Ok(found))];
+    let line = vec![[0.0, 0.0], [1.0, 1.0]];
+    found.plot_both("force", "force", ["d (m)", "F (N)"], [line.clone(), line], None);
+    let outcomes = [Outcome::new("impact", "", Some(Against::liggghts().name), 0.0, Ok(found).into())];
     write_case(&directory, &outcomes[0]).unwrap();
     write_tables(&directory, "crosscheck", &outcomes).unwrap();
     let own = [
@@ -59,6 +51,6 @@ fn the_list_names_every_case_with_what_it_shows() {
     let text = crate::crosscheck::list();
     assert_eq!(text.lines().count(), CASES.len());
     for (line, case) in text.lines().zip(CASES) {
-        assert!(line.trim_start().starts_with(case.id) && line.ends_with(case.title), "{line}");
+        assert!(line.trim_start().starts_with(case.name) && line.ends_with(case.question), "{line}");
     }
 }

@@ -11,10 +11,9 @@
 //! Rounding is 1e-14 `D`; LIGGGHTS was within 0.001 d(t). Later nothing is compared: the linear growth has ended, and any two runs part.
 //! Velocities are not judged: during contact those of one engine are of another moment of the step.
 
-use super::super::pair::{PARTED, Pair, QUANTITIES};
+use super::super::pair::{PARTED, Pair, QUANTITIES, Recording};
 use super::super::prelude::*;
-use super::super::record::Recording;
-use super::{COMPLETE, ID};
+use super::COMPLETE;
 
 /// Distance at the start of nearby trajectories (diameters).
 const NEARBY: f64 = 1e-9;
@@ -42,8 +41,7 @@ pub(super) fn verdict(
         }
     }
     let engines = Pair::start(&same, "own_case_same_laws", against)?;
-    let system = System::of(ID, &same);
-    let near = Pair::new(&same, [system.native()?, shifted(&system, NEARBY).native()?]);
+    let near = Pair::new(&same, [native(&same)?, native(&shifted(&same, NEARBY))?]);
     let (compared, end) = compare([engines, near], steps, recorded, against.other_contacts(setup), findings);
     let [time, whole] = [compared, steps].map(|steps| steps as f64 * setup.time_step);
     Ok(format!("  same laws (hertz, tsuji, no friction): compared {end}, {time:.6e} s of {whole:.6e} s\n"))
@@ -101,11 +99,11 @@ fn compare(
 }
 
 /// A system whose particles are some way off (diameters), each in a direction of its own.
-fn shifted(system: &System, distance: f64) -> System {
+fn shifted(system: &Setup, distance: f64) -> Setup {
     let mut shifted = system.clone();
     let mut random = Random(11);
     for id in 0..shifted.particles.len() {
-        let away = random.vector().normalize() * (distance * 2.0 * shifted.radius(id));
+        let away = random.vector().normalize() * (distance * 2.0 * radius(system, id));
         let particle = &mut shifted.particles[id];
         particle.position = (particle.position() + away).into();
     }
@@ -131,13 +129,12 @@ mod tests {
     }
 
     /// Steps that the gas is compared with another one, and the checks.
-    fn against(change: impl FnOnce(&mut System)) -> (u64, Findings) {
+    fn against(change: impl FnOnce(&mut Setup)) -> (u64, Findings) {
         let setup = gas();
-        let system = System::of(ID, &setup);
-        let mut other = system.clone();
+        let mut other = setup.clone();
         change(&mut other);
-        let pair = |other: &System| Pair::new(&setup, [system.native().unwrap(), other.native().unwrap()]);
-        let pairs = [pair(&other), pair(&shifted(&system, NEARBY))];
+        let pair = |other: &Setup| Pair::new(&setup, [&setup, other].map(|of| native(of).unwrap()));
+        let pairs = [pair(&other), pair(&shifted(&setup, NEARBY))];
         let mut findings = Findings::default();
         let (compared, _) = compare(pairs, setup.plan.end_step, None, None, &mut findings);
         (compared, findings)

@@ -1,9 +1,7 @@
 //! Claims about recording, replaying and comparing; with two native engines, where LIGGGHTS is not the question.
 
 use super::*;
-use crate::crosscheck::system::System;
 use turbid::case::from_text;
-use turbid::dem::DemEngine;
 
 /// Three spheres in a line, the outer ones on their way to the one in the middle.
 const DRY: &str = r#"
@@ -54,14 +52,9 @@ fn setup(text: &str, options: &[&str]) -> Setup {
     from_text(text, "test", &options).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The native engine with the case at rest.
-fn native(setup: &Setup) -> Box<dyn DemEngine> {
-    System::of(ID, setup).native().unwrap()
-}
-
 fn compare(a: &Setup, b: &Setup) -> Pair {
-    let mut pair = Pair::new(a, [native(a), native(b)]);
-    pair.run(a.plan.end_step, None, |_| {});
+    let mut pair = Pair::new(a, [a, b].map(|of| native(of).unwrap()));
+    pair.run(a.plan.end_step, None);
     assert!(pair.failures.is_empty());
     pair
 }
@@ -74,7 +67,7 @@ fn an_engine_does_not_part_from_itself() {
     assert!(found.largest.iter().all(|largest| *largest == 0.0));
     assert_eq!(found.steps, [one.plan.end_step; 2]);
     // The one in the middle is thrown to the right and back.
-    assert_eq!(found.begun(), [3, 3]);
+    assert!(found.begun().iter().all(|begun| (begun - 3.0).abs() < 0.5));
     let text = parting(&one, &found);
     assert_eq!(text.matches("never").count(), 3, "{text}");
 }
@@ -114,18 +107,18 @@ fn engines_that_part_in_free_flight_are_said_to_do_so_without_a_contact() {
 
 #[test]
 fn recorded_loads_are_the_same_on_1_2_and_4_ranks_and_repeat_the_run_to_the_bit() {
-    let one = record(&setup(WET, &["run.threads=1"]), 24).unwrap();
+    let one = Recording::of(&setup(WET, &["run.threads=1"]), 24).unwrap();
     for threads in [2, 4] {
-        let several = record(&setup(WET, &[&format!("run.threads={threads}")]), 24).unwrap();
+        let several = Recording::of(&setup(WET, &[&format!("run.threads={threads}")]), 24).unwrap();
         assert_eq!(several.last, one.last);
-        assert!((0..24).all(|step| several.loads(step) == one.loads(step)));
+        assert_eq!(several.loads, one.loads);
     }
     let setup = setup(WET, &[]);
-    assert!(one.loads(23).iter().any(|load| load.force.norm() > 0.0));
-    let mut pair = Pair::new(&setup, [native(&setup), native(&setup)]);
-    pair.run(24, Some(&one), |_| {});
+    assert!(one.loads[23].iter().any(|load| load.force.norm() > 0.0));
+    let mut pair = Pair::new(&setup, [(); 2].map(|()| native(&setup).unwrap()));
+    pair.run(24, Some(&one));
     let mut findings = Findings::default();
-    pair.check_repeats(&mut findings, "", &one);
+    pair.check_repeats(&mut findings, &one);
     assert!(findings.checks[0].pass && pair.particles(0) == one.last, "{findings:?}");
 }
 
