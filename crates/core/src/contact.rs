@@ -76,7 +76,9 @@ impl ContactModel {
     /// and the smallest box follow from it.
     pub fn reach(&self, shape: &Arc<dyn Shape>) -> f64 {
         let film = shape.circumradius() + 0.5 * self.lubrication.map_or(0.0, |film| film.range());
-        GrownShape::new(shape.clone(), self.enlargement).reach().max(film)
+        let grown = |shape: &Arc<dyn Shape>| GrownShape::new(shape.clone(), self.enlargement).reach();
+        let parts = shape.parts().iter().map(|part| part.position.norm() + grown(&part.shape));
+        parts.fold(grown(shape).max(film), f64::max)
     }
 }
 

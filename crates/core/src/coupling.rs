@@ -1,6 +1,6 @@
 //! Coupling of fluid and particles: the only place where SI units meet lattice units at run time.
 //!
-//! - [`map`](Coupling::map): particles -> the cells they cover;
+//! - [`map`](Coupling::map): particles -> the cells they cover, all parts of a body together;
 //! - [`sweep`](Coupling::sweep): one sweep of the fluid round them, by one of two [`Method`]s;
 //! - [`loads`](Coupling::loads): momentum exchange over the covered cells -> force and torque on each particle, those on
 //!   light ones with a [`VirtualMass`];
@@ -12,6 +12,7 @@
 //! same on every rank, for every periodic image, and for a particle moved by whole cells.
 
 mod any_fluid;
+mod cells;
 mod cover;
 mod driving;
 mod faces;
@@ -33,13 +34,14 @@ use crate::fluid::{
 };
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
+use crate::shape::Shape;
 use crate::units::Units;
 pub use any_fluid::AnyFluid;
 use cover::Cover;
 pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
 pub use homogenised::Homogenised;
 pub use light::VirtualMass;
-use mapper::{Image, Mapper};
+use mapper::Mapper;
 pub use method::Method;
 #[cfg(test)]
 pub(crate) use method::sweep_alone;
@@ -73,9 +75,10 @@ pub struct Coupling {
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
     segments: RowSegments,
-    mappers: Vec<Mapper>,
-    /// Distance by which the surface of each template is moved in (cells).
-    shifts: Vec<f64>,
+    /// The parts of the bodies, one body after the other, and the index of the body of each.
+    parts: Vec<(u32, Mapper)>,
+    /// Distance by which the surface of each part of each template is moved in (cells).
+    shifts: Vec<Vec<f64>>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
@@ -129,7 +132,7 @@ impl Coupling {
             peers: decomposition.neighbours(rank, reach),
             bodies: Vec::new(),
             segments: RowSegments::default(),
-            mappers: Vec::new(),
+            parts: Vec::new(),
             shifts: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
@@ -158,21 +161,30 @@ impl Coupling {
         let dx = params.units.dx;
         if self.shifts.len() != particles.templates.len() {
             let shift =
-                |t: &Template| with_method!(params.method, method => method.surface_shift(&*t.shape, dx));
-            self.shifts = particles.templates.iter().map(shift).collect();
+                |part: &dyn Shape| with_method!(params.method, method => method.surface_shift(part, dx));
+            let shifts = |t: &Template| t.parts().map(|(part, _)| shift(&**part)).collect();
+            self.shifts = particles.templates.iter().map(shifts).collect();
         }
         self.bodies.clear();
-        self.mappers.clear();
+        self.parts.clear();
         for (i, particle) in particles.particles.iter().enumerate() {
-            let (shape, mut body) =
-                (&particles.template(particle).shape, lattice_body(particle, &params.units));
+            let (template, mut body) = (particles.template(particle), lattice_body(particle, &params.units));
             if i < particles.owned {
                 body.departed = with_method!(params.method, method => {
-                    method.momentum_inside(particle, &**shape, &body.motion, dx)
+                    method.momentum_inside(particle, &*template.shape, &body.motion, dx)
                 });
             }
-            let shift = self.shifts[particle.template as usize];
-            self.mappers.push(Mapper::new(shape, particle.orientation(), body.motion, params, shift));
+            let shifts = &self.shifts[particle.template as usize];
+            for ((shape, part), &shift) in template.parts().zip(shifts) {
+                let (mut turn, mut motion) = (particle.orientation(), body.motion);
+                if let Some(part) = part {
+                    // The fluid gets the velocities of the body, so of this motion only the centre counts.
+                    let arm = turn * part.position / dx;
+                    motion.centre = std::array::from_fn(|a| motion.centre[a] + arm[a]);
+                    turn *= part.orientation;
+                }
+                self.parts.push((i as u32, Mapper::new(shape, turn, motion, params, shift)));
+            }
             self.bodies.push(body);
         }
         self.found = false;
@@ -182,57 +194,6 @@ impl Coupling {
             return;
         }
         self.find_cells();
-    }
-
-    /// Finds what a device gets of the mapped bodies. The host finds the cells of those whose geometry the device does not know, and of
-    /// all if it needs them itself.
-    fn find_images(&mut self, images: &mut Images) {
-        images.clear();
-        let params = &self.params;
-        let keeps_cover = with_method!(params.method, method => method.keeps_cover());
-        let mut cover = std::mem::take(&mut self.cover);
-        cover.begin(&mut self.segments);
-        self.each_image(|mapper, image| {
-            images.add(mapper, image, keeps_cover, &mut cover, |cover| {
-                with_method!(params.method, method => method.cover(mapper, image, cover, params.simd));
-            });
-        });
-        images.cut.clone_from(&cover.cut);
-        if keeps_cover {
-            let [_, ny, nz] = self.block.size();
-            self.segments.sort(ny * nz, &cover.added, std::mem::take(&mut cover.cut));
-            self.found = true;
-        }
-        self.cover = cover;
-    }
-
-    /// Calls `visit` with all images of bodies that may touch the block, in ascending order of ids, so that cells shared by several
-    /// particles combine in the same order on every rank.
-    fn each_image(&self, mut visit: impl FnMut(&Mapper, &Image)) {
-        let mut order: Vec<u32> = (0..self.bodies.len() as u32).collect();
-        order.sort_unstable_by_key(|&i| self.bodies[i as usize].id);
-        for i in order {
-            let (mapper, reference) = (&self.mappers[i as usize], self.bodies[i as usize].reference);
-            mapper.each_image(&self.decomposition.domain, self.block, reference, i, |image| {
-                visit(mapper, image);
-            });
-        }
-    }
-
-    /// Finds the cells of the mapped bodies, if they are not known yet.
-    fn find_cells(&mut self) {
-        if self.found {
-            return;
-        }
-        let ([_, ny, nz], params) = (self.block.size(), &self.params);
-        let mut cover = std::mem::take(&mut self.cover);
-        cover.begin(&mut self.segments);
-        self.each_image(|mapper, image| {
-            with_method!(params.method, method => method.cover(mapper, image, &mut cover, params.simd));
-        });
-        self.segments.sort(ny * nz, &cover.added, std::mem::take(&mut cover.cut));
-        self.cover = cover;
-        self.found = true;
     }
 
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells

@@ -3,7 +3,7 @@
 mod motion;
 
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
-use crate::shape::Shape;
+use crate::shape::{Part, Shape};
 use bytemuck::{Pod, Zeroable};
 pub use motion::{PrescribedMotion, TimeFunction};
 use std::sync::Arc;
@@ -23,6 +23,13 @@ impl Template {
     /// Mass (kg).
     pub fn mass(&self) -> f64 {
         self.density * self.shape.volume()
+    }
+
+    /// The convex parts of the geometry, each with its pose in the body; without one if it is the only part.
+    pub fn parts(&self) -> impl Iterator<Item = (&Arc<dyn Shape>, Option<&Part>)> {
+        let parts = self.shape.parts();
+        let whole = parts.is_empty().then_some((&self.shape, None));
+        whole.into_iter().chain(parts.iter().map(|part| (&part.shape, Some(part))))
     }
 
     /// Principal moments of inertia (kg m^2).

@@ -1,7 +1,8 @@
-//! Rigid convex bodies: geometry in the body frame, which is centred at the centre of mass and aligned with the
-//! principal axes.
+//! Rigid bodies, convex or of convex parts: geometry in the body frame, which is centred at the centre of mass and aligned
+//! with the principal axes.
 
 pub mod capsule;
+pub mod composite;
 pub mod cuboid;
 pub mod cylinder;
 pub mod ellipsoid;
@@ -15,6 +16,7 @@ mod surface;
 
 use crate::math::{Quat, Vec3};
 pub use capsule::Capsule;
+pub use composite::Composite;
 pub use cuboid::Cuboid;
 pub use cylinder::Cylinder;
 pub use ellipsoid::Ellipsoid;
@@ -22,6 +24,7 @@ pub use error::ShapeError;
 pub use polyhedron::{Face, Placement, Polyhedron};
 pub use sphere::Sphere;
 use std::fmt::Debug;
+use std::sync::Arc;
 pub use superellipsoid::Superellipsoid;
 
 /// Closed triangle mesh of a surface, counter-clockwise seen from outside.
@@ -45,7 +48,18 @@ pub struct Curvature {
     pub sharpness: f64,
 }
 
-/// A rigid convex body.
+/// A convex part of a rigid body.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Geometry in a frame of its own.
+    pub shape: Arc<dyn Shape>,
+    /// Origin of that frame in the frame of the body (m).
+    pub position: Vec3,
+    /// Maps the frame of the part to that of the body.
+    pub orientation: Quat,
+}
+
+/// A rigid body: convex, or of several convex [parts](Self::parts).
 pub trait Shape: Send + Sync + Debug {
     /// Name of the kind for messages, e.g. `"sphere"`.
     fn kind(&self) -> &'static str;
@@ -96,6 +110,12 @@ pub trait Shape: Send + Sync + Debug {
             (self.signed_distance(line.at(x)), slope)
         };
         row::convex(distance, bracket, growth, growth < 0.0, 1e-9 * self.thickness())
+    }
+
+    /// The convex parts; empty for a convex body, which is its own only part. Contacts, films and covered cells are those of parts,
+    /// mass and extent those of the whole.
+    fn parts(&self) -> &[Part] {
+        &[]
     }
 
     /// The radius if the body is a sphere: pairs of spheres have closed-form contacts.

@@ -7,9 +7,9 @@ use turbid::comm::Comm;
 use turbid::dem::{DemEngine, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
 use turbid::engine::liggghts::{Liggghts, LiggghtsParams};
-use turbid::math::Vec3;
+use turbid::math::{Quat, Vec3};
 use turbid::particle::Template;
-use turbid::shape::Cuboid;
+use turbid::shape::{Composite, Cuboid, Part, Shape, Sphere};
 use turbid::wall::{Motion, Surface};
 
 /// Message of LIGGGHTS about a case that it does not take.
@@ -150,11 +150,22 @@ fn a_box_too_large_for_its_particles_is_refused_with_liggghts_words() {
 
 #[test]
 fn shapes_and_walls_that_liggghts_has_not_are_unsupported() {
-    let cube =
-        Template { shape: Arc::new(Cuboid::new(Vec3::repeat(1e-3)).unwrap()), density: 2500.0, material: 0 };
-    let cut = Decomposition::new(DOMAIN, 1).unwrap();
-    let error = Liggghts::new(params(None), cut, &Comm::Solo, Arc::new([cube]), &three()).unwrap_err();
-    assert!(error.to_string().contains("cuboid"), "{error}");
+    let half = |x: f64| Part {
+        shape: Arc::new(Sphere { radius: 1e-3 }),
+        position: Vec3::x() * x,
+        orientation: Quat::identity(),
+    };
+    let shapes: [(Arc<dyn Shape>, &str); 2] = [
+        (Arc::new(Cuboid::new(Vec3::repeat(1e-3)).unwrap()), "cuboid"),
+        (Arc::new(Composite::new(vec![half(-1e-3), half(1e-3)]).unwrap().0), "composite"),
+    ];
+    for (shape, kind) in shapes {
+        let template = Template { shape, density: 2500.0, material: 0 };
+        let cut = Decomposition::new(DOMAIN, 1).unwrap();
+        let error =
+            Liggghts::new(params(None), cut, &Comm::Solo, Arc::new([template]), &three()).unwrap_err();
+        assert!(error.to_string().contains(kind), "{error}");
+    }
     let (_, mut walls) = tank(Vec3::new(0.0, 0.0, 0.1));
     let error =
         engine(LiggghtsParams { walls: walls.clone(), ..params(Some(contact(1e7, 0.7, 0.3))) }, &three())

@@ -16,7 +16,7 @@
 //! rolling are diagonal in `s` and `r`. So every term takes energy, forces are opposite, and their moments are balanced for any
 //! two radii. [`Unresolved`] has what is missing on a lattice.
 //!
-//! Other smooth convex bodies, of which at least one is not a sphere, have the normal part alone, at their nearest points `r_a` and
+//! Other smooth convex bodies, of which at least one is not a sphere or is part of a body, have the normal part alone, at their nearest points `r_a` and
 //! `r_b` from the centres, with the `R` of the curvatures there ([`nearest`](super::nearest)):
 //!
 //! ```text

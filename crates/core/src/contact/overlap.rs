@@ -29,6 +29,13 @@ pub struct Overlap {
 }
 
 impl Overlap {
+    /// The same overlap seen from another centre of the first body, from which `arm` (m) leads to the present one.
+    #[must_use]
+    pub fn seen_from(self, arm: Vec3) -> Self {
+        let moment = self.moment + arm.cross(&self.normal) * self.area;
+        Self { point: self.point + arm, moment, ..self }
+    }
+
     /// The same overlap with the bodies exchanged; `offset` (m) leads from the centre of the new first body to the other.
     pub(super) fn reversed(self, offset: Vec3) -> Self {
         let normal = -self.normal;
@@ -37,7 +44,7 @@ impl Overlap {
     }
 }
 
-/// A shape made ready for contacts: grown by the enlargement.
+/// A convex shape made ready for contacts: grown by the enlargement.
 ///
 /// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
 /// all points within the enlargement.

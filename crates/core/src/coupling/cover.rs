@@ -88,6 +88,11 @@ pub(super) fn store<T, R: Lanes<T>>(values: &mut [T; GROUP], at: usize, register
     unsafe { register.store(values.as_mut_ptr().add(at)) };
 }
 
+/// Number of cells of a row of a body.
+fn small(n: impl TryInto<u16>) -> u16 {
+    n.try_into().ok().expect("a body less than 65,536 cells long")
+}
+
 impl Cover {
     /// Begins anew, with the memory of segments that are no longer needed.
     pub(super) fn begin(&mut self, former: &mut RowSegments) {
@@ -126,6 +131,46 @@ impl Cover {
         {
             let _ = simd;
             baseline(self, surface, mapper, image);
+        }
+    }
+
+    /// Joins the segments from `first` on, those of the parts of one body, where they share cells: there the body is one, with the
+    /// sum of the fractions of its parts, at most one. So nothing is counted twice, and parts have no film between them.
+    pub(super) fn join(&mut self, first: usize) {
+        let mut found = self.added.split_off(first);
+        found.sort_by_key(|(row, segment)| (*row, segment.x));
+        let mut rest = &found[..];
+        while let [(row, first), ..] = rest {
+            let (mut end, mut count) = (first.end(), 1);
+            while let Some((_, next)) = rest.get(count).filter(|(of, next)| of == row && next.x < end) {
+                end = end.max(next.end());
+                count += 1;
+            }
+            let (together, others) = rest.split_at(count);
+            rest = others;
+            if count == 1 {
+                self.added.push((*row, *first));
+                continue;
+            }
+            let mut fractions = vec![0.0_f32; (end - first.x) as usize];
+            for (_, segment) in together {
+                let (cut, at) = (&self.cut[segment.cut as usize..], (segment.x - first.x) as usize);
+                for k in 0..usize::from(segment.count) {
+                    fractions[at + k] = (fractions[at + k] + segment.fraction(cut, k)).min(1.0);
+                }
+            }
+            let head = fractions.iter().take_while(|fraction| **fraction < 1.0).count();
+            let solid = fractions[head..].iter().take_while(|fraction| **fraction >= 1.0).count();
+            let joined = Segment {
+                count: small(fractions.len()),
+                head: small(head),
+                tail: small(fractions.len() - head - solid),
+                cut: self.cut.len() as u32,
+                ..*first
+            };
+            self.cut.extend(&fractions[..head]);
+            self.cut.extend(&fractions[head + solid..]);
+            self.added.push((*row, joined));
         }
     }
 
@@ -201,7 +246,6 @@ impl Cover {
             return;
         }
         let [bx, by, bz] = image.base;
-        let small = |n: i32| u16::try_from(n).expect("a body less than 65,536 cells long");
         let segment = Segment {
             body: image.body,
             x: (i64::from(first) + bx) as u32,

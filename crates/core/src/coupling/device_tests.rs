@@ -9,6 +9,7 @@ use crate::device::{Device, devices};
 use crate::domain::Domain;
 use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
 use crate::particle::Template;
+use crate::shape::composite::tests::dumbbell;
 use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere};
 use crate::wall::Wall;
 use std::f64::consts::PI;
@@ -103,6 +104,7 @@ fn templates() -> Arc<[Template]> {
         Arc::new(Polyhedron::hull(&round.points, 1e-9 * dx).unwrap().0),
         Arc::new(Cylinder::new(3.1 * dx, 3.6 * dx).unwrap()),
         Arc::new(Ellipsoid::new(Vec3::new(3.0, 4.0, 5.1) * dx).unwrap()),
+        dumbbell(2.6 * dx),
     ];
     shapes.into_iter().map(|shape| Template { shape, material: 0, density: 2000.0 }).collect()
 }
@@ -116,7 +118,7 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
         .map(|i| {
             let at = |k: f64| (f64::from(i) * k + 0.011 * time * (1.0 + 0.2 * f64::from(i % 3))) % 1.0;
             let position = Vec3::new(at(0.137), at(0.31), at(0.73)).component_mul(&size);
-            let mut particle = Particle::at(i as u64, (i % 5) as usize, position);
+            let mut particle = Particle::at(i as u64, (i % 6) as usize, position);
             particle.velocity = [0.4, -0.3 + 0.05 * f64::from(i), 0.2];
             particle.angular_velocity = [0.3, 0.1 * f64::from(i), -0.2];
             particle.set_orientation(&crate::math::Quat::from_euler_angles(

@@ -1,18 +1,26 @@
 //! Images of bodies for a device.
 //!
-//! Spheres and bodies with flat faces are their geometry; of all others the host finds the cells, and the device gets the solid fractions
-//! of those that a surface cuts. The order of all numbers is that of `fluid/device/kernels.cl`.
+//! Spheres and bodies with flat faces are their geometry; of all others, bodies of several parts among them, the host finds the cells, and the
+//! device gets the solid fractions of those that a surface cuts. The order of all numbers is that of `fluid/device/kernels.cl`.
 
 use super::cover::Cover;
 use super::faces::FacePlane;
 use super::mapper::{Geometry, Image, Mapper};
 use super::saturated::face_numbers;
-use crate::fluid::{IMAGE_INTS, Images, Segment};
+use crate::domain::Block;
+use crate::fluid::{IMAGE_INTS, Images, RigidMotion, Segment};
+use std::collections::BTreeMap;
 
 /// Kinds of images.
 const SPHERE: i32 = 0;
 const FLAT: i32 = 1;
 const MAPPED: i32 = 2;
+
+/// Rows of cells that an image may cover.
+fn rows_of(image: &Image) -> usize {
+    let [_, ys, zs] = &image.offsets;
+    ((ys.end() - ys.start() + 1) * (zs.end() - zs.start() + 1)) as usize
+}
 
 impl Images {
     /// Adds an image of a body; `find` adds its cells to those `found` if the device does not know its geometry, or if all are `by_host`.
@@ -24,9 +32,7 @@ impl Images {
         found: &mut Cover,
         find: impl FnOnce(&mut Cover),
     ) {
-        let int = |n: i64| i32::try_from(n).expect("a box less than 2^31 cells long");
-        let [xs, ys, zs] = &image.offsets;
-        let rows = ((ys.end() - ys.start() + 1) * (zs.end() - zs.start() + 1)) as usize;
+        let rows = rows_of(image);
         let (mut faces, mut radius) = ([0, 0], 0.0);
         let kind = match &mapper.geometry {
             _ if by_host => MAPPED,
@@ -49,30 +55,64 @@ impl Images {
             find(found);
             self.add_mapped(image, rows, &found.added[first..]);
         }
-        let ints = [
-            kind,
-            image.body as i32,
-            int(*xs.start()),
-            int(*xs.end()),
-            int(*ys.start()),
-            int(*ys.end()),
-            int(*zs.start()),
-            int(*zs.end()),
-            int(image.base[0]),
-            int(image.base[1]),
-            int(image.base[2]),
-            int(self.rows as i64),
-            int(faces[0] as i64),
-            int(faces[1] as i64),
-            int(mapped as i64),
-        ];
-        self.ints.extend(ints);
+        let radii = [radius, mapper.shift - radius];
+        self.push(kind, image, rows, [faces[0], faces[1], mapped], &mapper.motion, radii);
+    }
+
+    /// Adds the cells that the host `found` of a body of several parts, in ascending order of rows and cells: images with at most one
+    /// segment in a row.
+    pub(super) fn add_joined(
+        &mut self,
+        body: u32,
+        motion: &RigidMotion,
+        block: Block,
+        found: &[(u32, Segment)],
+    ) {
+        let [_, ny, _] = block.size().map(|n| n as i64);
+        let mut layers = BTreeMap::<_, Vec<(u32, Segment)>>::new();
+        let mut before = (u32::MAX, 0);
+        for &(row, segment) in found {
+            before = (row, if before.0 == row { before.1 + 1 } else { 0 });
+            let cell = [i64::from(segment.x), i64::from(row) % ny, i64::from(row) / ny];
+            let base: [i64; 3] = std::array::from_fn(|a| cell[a] - i64::from(segment.offset[a]));
+            layers.entry((base, before.1)).or_default().push((row, segment));
+        }
+        for ((base, _), found) in layers {
+            let offsets = std::array::from_fn(|a| {
+                let low = |(_, segment): &(u32, Segment)| i64::from(segment.offset[a]);
+                let high = |of: &(u32, Segment)| low(of) + if a == 0 { i64::from(of.1.count) - 1 } else { 0 };
+                let least = found.iter().map(low).min().expect("a layer has a segment");
+                least..=found.iter().map(high).max().expect("a layer has a segment")
+            });
+            let image = Image { body, offsets, base, rows: ny };
+            let (rows, mapped) = (rows_of(&image), self.mapped.len() / 5);
+            self.add_mapped(&image, rows, &found);
+            self.push(MAPPED, &image, rows, [0, 0, mapped], motion, [0.0; 2]);
+        }
+    }
+
+    /// Adds the numbers of an image: its kind and rows, first face, number of faces and first mapped row, motion, and radius of a
+    /// sphere and distance by which the surface is moved in, minus that radius.
+    fn push(
+        &mut self,
+        kind: i32,
+        image: &Image,
+        rows: usize,
+        indices: [usize; 3],
+        motion: &RigidMotion,
+        radii: [f64; 2],
+    ) {
+        let int = |n: i64| i32::try_from(n).expect("a box less than 2^31 cells long");
+        self.ints.extend([kind, image.body as i32]);
+        self.ints.extend(image.offsets.iter().flat_map(|cells| [int(*cells.start()), int(*cells.end())]));
+        self.ints.extend(image.base.map(int));
+        self.ints.push(int(self.rows as i64));
+        self.ints.extend(indices.map(|index| int(index as i64)));
         self.ints.resize(self.ints.len().next_multiple_of(IMAGE_INTS), 0);
-        let motion = &mapper.motion;
         self.numbers.extend(motion.centre);
         self.numbers.extend(motion.velocity);
         self.numbers.extend(motion.angular);
-        self.numbers.extend([radius, mapper.shift - radius, 0.0]);
+        self.numbers.extend([radii[0], radii[1], 0.0]);
         self.rows += rows;
         self.most_rows = self.most_rows.max(rows);
     }

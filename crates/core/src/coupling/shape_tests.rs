@@ -1,13 +1,14 @@
 //! Bodies of every kind on the lattice: the cells they cover, and what volume these add up to.
 
 use super::homogenised::cosine_ramp;
-use super::tests::{bgk, coupled};
+use super::tests::{HOMOGENISED, bgk, coupled, fluid_for};
 use super::*;
 use crate::comm::Comm;
 use crate::domain::Domain;
 use crate::fluid::{Boundary, Simd};
 use crate::math::{Quat, nalgebra::Quaternion};
 use crate::particle::Template;
+use crate::shape::composite::tests::{dumbbell, halves};
 use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -245,5 +246,98 @@ fn a_body_across_one_two_or_three_periodic_faces_has_the_volume_it_has_inside() 
                 );
             }
         }
+    }
+}
+
+/// Box of the tests of bodies in two halves (m).
+const CUT: Vec3 = Vec3::new(2.0, 1.2, 0.8);
+
+#[test]
+fn two_halves_of_a_box_cover_the_cells_of_the_box_and_its_volume() {
+    let mut random = ChaCha8Rng::seed_from_u64(12);
+    let [whole, cut] = [Arc::new(Cuboid::new(CUT).unwrap()) as Arc<dyn Shape>, halves(CUT)];
+    let domain = room(&*whole);
+    for n in 0..20 {
+        let mut pose = random_pose(&domain, &mut random);
+        if n < 5 {
+            pose.set_orientation(&Quat::identity());
+        }
+        let [a, b] = [&whole, &cut].map(|shape| volumes(shape, domain, pose, 0.0));
+        let off = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let ratio = b.iter().sum::<f64>() / a.iter().sum::<f64>();
+        // The combined fraction of a cell with a corner of both halves is not exact.
+        let (most, volume) = if n < 5 { (1e-6, 1e-6) } else { (0.05, 1e-3) };
+        assert!(off < most && (ratio - 1.0).abs() < volume, "{n}: {off} {ratio}");
+        // Ramps of both halves reach beyond the edges of the cut.
+        let [a, b] = [&whole, &cut].map(|shape| mapped(shape, domain, pose).iter().sum::<f64>());
+        assert!((b / a - 1.0).abs() < 2e-2, "{n}: {a} {b}");
+    }
+}
+
+#[test]
+fn cells_that_two_parts_of_a_body_cover_count_once() {
+    let dumbbell = dumbbell(0.7);
+    let domain = room(&*dumbbell);
+    let pose = Particle::at(0, 0, domain.size() * 0.5);
+    // Surfaces that are moved out overlap where the parts touch.
+    let shift = SurfaceShift { plane: -1.5, ..SurfaceShift::NONE };
+    let method = Method::Saturated(Saturated { operator: SolidOperator::Sc3, shift });
+    let both = mapped_as(&dumbbell, domain, pose, method);
+    let one: Arc<dyn Shape> = Arc::new(Sphere { radius: 0.7 });
+    let [first, second] = [-0.7, 0.7].map(|x| {
+        mapped_as(
+            &one,
+            domain,
+            Particle { position: (pose.position() + Vec3::x() * x).into(), ..pose },
+            method,
+        )
+    });
+    let mut shared = 0;
+    for (both, (first, second)) in both.iter().zip(first.iter().zip(&second)) {
+        shared += usize::from(first + second > 1.0);
+        assert!((both - (first + second).min(1.0)).abs() < 1e-6, "{both} {first} {second}");
+    }
+    assert!(shared > 20, "{shared}");
+}
+
+#[test]
+fn a_box_cut_in_two_gets_the_load_of_the_box_from_a_flow() {
+    let domain = room(&Cuboid::new(CUT).unwrap());
+    let decomposition = Decomposition::new(domain, 1).unwrap();
+    let mut pose = Particle::at(0, 0, domain.size() * 0.5 + Vec3::new(0.01, 0.02, -0.01));
+    pose.set_orientation(&Quat::from_euler_angles(0.3, -0.2, 0.9));
+    let load = |shape: Arc<dyn Shape>, method| {
+        let units = Units { dx: domain.dx, dt: 1.0, density: 1.0 };
+        let templates = Arc::new([Template { shape, density: 1.0, material: 0 }]);
+        let mut coupling = Coupling::new(CouplingParams { units, ..coupled(method) }, &decomposition, 0, 2.0);
+        let mut fluid =
+            Fluid::<f64>::new(&decomposition, &Comm::Solo, &fluid_for(method), &Boundary::none()).unwrap();
+        fluid.set_equilibrium(|[_, y, _]| (1.0, [0.02 + 1e-4 * y as f64, 0.01, 0.0]));
+        let mut load = Load::default();
+        for step in 0..20 {
+            let mut particle = pose;
+            particle.position[0] += 0.003 * f64::from(step) * domain.dx;
+            let store = ParticleStore {
+                templates: templates.clone(),
+                particles: vec![particle],
+                owned: 1,
+                owners: vec![0],
+            };
+            coupling.map(&store);
+            coupling.sweep(&mut fluid, [0.0; 3], false);
+            fluid.exchange();
+            load = coupling.loads(&store, Vec3::zeros(), &Comm::Solo)[0];
+        }
+        load
+    };
+    // Surfaces stay where they are, as they are moved by the curvature of the part.
+    let volumes = Saturated { operator: SolidOperator::Sc3, shift: SurfaceShift::NONE };
+    for (method, most) in [(HOMOGENISED, [0.01, 0.08]), (Method::Saturated(volumes), [1e-6, 1e-4])] {
+        let whole = load(Arc::new(Cuboid::new(CUT).unwrap()), method);
+        let cut = load(halves(CUT), method);
+        let off = (whole.force - cut.force).norm() / whole.force.norm();
+        let turned = (whole.torque - cut.torque).norm() / whole.torque.norm();
+        println!("{method}: {off} {turned}");
+        assert!(off < most[0] && turned < most[1], "{method}: {off} {turned}");
     }
 }

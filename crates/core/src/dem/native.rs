@@ -11,7 +11,7 @@
 //! Every number is computed once, by one rank, in the same order whatever the number of ranks: the pair with the
 //! lower id first, from the nearest image of wrapped positions. Walls stand where their motion has brought them
 //! after `substep dt`. A contact with a wall belongs to the owner of the particle and comes after those with
-//! particles. Bodies that touch through two images at once are left out, and so are images of walls.
+//! particles. Bodies of several parts touch part by part; their forces and torques add up. Bodies that touch through two images at once are left out, and so are images of walls.
 
 #[cfg(test)]
 mod bricks_tests;
@@ -32,6 +32,8 @@ mod mixed_tests;
 #[cfg(test)]
 mod motion_tests;
 #[cfg(test)]
+mod parts_tests;
+#[cfg(test)]
 mod population_tests;
 #[cfg(test)]
 mod rest_tests;
@@ -49,14 +51,14 @@ use super::integrator::{self, Inertia};
 use super::saved::Saved;
 use super::{ContactKey, ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
-use crate::contact::{ContactModel, GrownShape, NeighbourList, PairFinder, PairLaw};
+use crate::contact::{ContactModel, NeighbourList, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, PrescribedMotion, Template};
 use crate::shape::Shape;
 use crate::wall::Wall;
-use context::{ContactContext, IdOrder, TemplateConstants};
+use context::{ContactContext, IdOrder, PartConstants, TemplateConstants};
 use failures::{outside, too_far};
 use forces::ContactForces;
 use std::sync::Arc;
@@ -119,11 +121,9 @@ impl Native {
         let model = params.contact.clone().unwrap_or_default();
         let constants: Vec<TemplateConstants> = (templates.iter().enumerate())
             .map(|(index, template)| TemplateConstants {
-                shape: GrownShape::new(template.shape.clone(), model.enlargement),
+                parts: template.parts().map(|part| PartConstants::new(part, &model)).collect(),
                 bound: model.reach(&template.shape),
                 inertia: Inertia::of(template),
-                radius: 0.5 * template.shape.equivalent_diameter() + model.enlargement,
-                thickness: template.shape.thickness(),
                 motion: params.motions.get(index).cloned().unwrap_or_default(),
             })
             .collect();
@@ -135,11 +135,15 @@ impl Native {
         let near = GhostLayer::new(decomposition, rank, &bounds);
         let local = LocalParticles::new(&near, templates, all.iter().map(|p| started(p, &constants, 0.0)));
         let (lo, extent) = near.window();
-        let finder = PairFinder::in_window(near.decomposition().domain, lo, extent);
+        // Parts lie around the centres of bodies.
+        let arms = constants.iter().flat_map(|template| template.parts.iter().map(PartConstants::length));
+        let around = Vec3::repeat(arms.fold(0.0, f64::max));
+        let finder = PairFinder::in_window(near.decomposition().domain, lo - around, extent + 2.0 * around);
+        let in_parts = constants.iter().any(|template| template.parts.len() > 1);
         Ok(Self {
             widest,
             order: IdOrder::new(NeighbourList::new(finder)),
-            forces: ContactForces::new(near.peers.len(), params.memory()),
+            forces: ContactForces::new(near.peers.len(), params.memory(), in_parts),
             context: ContactContext {
                 laws: params.contact.as_ref().map_or_else(Vec::new, laws),
                 params,
@@ -202,7 +206,7 @@ impl Native {
         let Some(model) = &context.params.contact else {
             return Ok(());
         };
-        order.sort(&context.local.store, &context.templates);
+        order.sort(&context.local.store, &context.templates, &context.near.decomposition().domain);
         let rates = context.rates(model, order, dt, comm);
         let pairs = context.pairs(model, dt, (order, &rates), forces);
         let walls = context.walls(model, dt, &rates, forces);
@@ -413,7 +417,7 @@ impl DemEngine for Native {
         let saved = Saved::load("native", parts, (near, local, params.walls.len()), memory)?;
         self.widest = widest([0.0; 2], &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
-        self.forces = ContactForces::new(near.peers.len(), memory);
+        self.forces = ContactForces::new(near.peers.len(), memory, self.forces.in_parts);
         self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);
         Ok(())

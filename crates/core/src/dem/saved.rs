@@ -171,7 +171,8 @@ impl Saved {
         memory: usize,
     ) -> Result<Self> {
         let (domain, templates) = (near.decomposition().domain, local.store.templates.len());
-        let case = Case { templates, walls, memory, domain };
+        let most_parts = local.store.templates.iter().map(|template| template.parts().count()).max();
+        let case = Case { templates, most_parts: most_parts.unwrap_or(1), walls, memory, domain };
         Self::join(engine, parts, &case, (near.rank, near.ranks()))
     }
 
@@ -221,6 +222,8 @@ impl Saved {
 struct Case {
     /// Number of templates.
     templates: usize,
+    /// Parts of the template that has the most.
+    most_parts: usize,
     /// Number of walls.
     walls: usize,
     /// Numbers that the contact law remembers of a contact.
@@ -296,11 +299,13 @@ impl Case {
         }
         let mut records = part.records.iter();
         let is_none = |(key, memory): &(ContactKey, &[f64])| {
-            key.first >= key.second || !memory.iter().all(|x| x.is_finite())
+            key.first >= key.second
+                || key.parts.iter().any(|&part| part as usize >= self.most_parts)
+                || !memory.iter().all(|x| x.is_finite())
         };
         if let Some((ContactKey { first, second, .. }, _)) = records.find(is_none) {
             return Err(format!(
-                "the order or the memory of the contact of {first} with {second} is that of none"
+                "the order, the parts or the memory of the contact of {first} with {second} is that of none"
             ));
         }
         let is_finite = |state: &ContactState| {
@@ -325,7 +330,7 @@ mod tests {
     const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
-        Case { templates: 2, walls: 2, memory: 2, domain: BOX }
+        Case { templates: 2, most_parts: 2, walls: 2, memory: 2, domain: BOX }
     }
 
     /// One contact with what is remembered of it.
@@ -479,6 +484,9 @@ mod tests {
         assert!(with(3).contains("contact of 3 with 3"));
         assert!(with(ContactState::of_wall(2)).contains("not both there"));
         assert!(after(|part| part.records.push(key(9), &[0.0; 2])).contains("3 with 9 is in it twice"));
+        let third = ContactKey { parts: [2, 0], ..key(9) };
+        let third = after(|part| part.records = remembered(third, [0.5, 7.0]));
+        assert!(third.contains("the parts or the memory of the contact of 3 with 9"));
         let nan = after(|part| part.records = remembered(key(9), [0.5, f64::NAN]));
         assert!(nan.contains("memory of the contact of 3 with 9"));
         let other = after(|part| {

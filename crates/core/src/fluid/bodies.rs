@@ -176,7 +176,7 @@ impl Segment {
 
     /// Solid fraction of the `k`th cell, those of the cut cells being `cut`.
     #[inline(always)]
-    pub(super) fn fraction(&self, cut: &[f32], k: usize) -> f32 {
+    pub(crate) fn fraction(&self, cut: &[f32], k: usize) -> f32 {
         let (head, end) = (usize::from(self.head), usize::from(self.count - self.tail));
         match k {
             k if k < head => cut[k],

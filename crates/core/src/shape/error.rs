@@ -73,6 +73,17 @@ pub enum ShapeError {
         /// Depth below the surface of the hull (m).
         depth: f64,
     },
+    /// Two parts of a body share more than a surface.
+    #[error(
+        "parts {first} and {second} overlap, and what they share would count twice; parts may touch, so cut one of them \
+         where the other begins"
+    )]
+    Overlap {
+        /// Number of one part.
+        first: usize,
+        /// Number of the other.
+        second: usize,
+    },
     /// The surface in a file is not that of a convex body.
     #[error("{}: {problem}", path.display())]
     Mesh {

@@ -13,22 +13,34 @@ use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::integrator::Inertia;
 use crate::dem::{ContactKey, ContactState, Load};
+use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
 use crate::particle::{Particle, ParticleStore, PrescribedMotion};
+use crate::shape::{Part, Shape};
+use std::sync::Arc;
 
-/// The particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
+/// A part of a particle: the indices of both.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PartIndex {
+    pub(super) particle: u32,
+    pub(super) part: u32,
+}
+
+/// The parts of the particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
 /// sub-step to sub-step.
 #[derive(Clone, Debug)]
 pub(super) struct IdOrder {
     list: NeighbourList,
     /// Indices of the particles.
-    indices: Vec<u32>,
-    /// Their positions (m).
+    particles: Vec<u32>,
+    /// Their parts.
+    parts: Vec<PartIndex>,
+    /// Positions of the parts (m), wrapped.
     positions: Vec<Vec3>,
     /// Their bounding radii (m).
     radii: Vec<f64>,
-    /// Their rotations, of body frame to world frame.
+    /// Their rotations, of their own frame to the world frame.
     rotations: Vec<Mat3>,
 }
 
@@ -37,43 +49,103 @@ const SLACK: f64 = 1e-9;
 
 impl IdOrder {
     pub(super) fn new(list: NeighbourList) -> Self {
-        Self { list, indices: Vec::new(), positions: Vec::new(), radii: Vec::new(), rotations: Vec::new() }
+        Self {
+            list,
+            particles: Vec::new(),
+            parts: Vec::new(),
+            positions: Vec::new(),
+            radii: Vec::new(),
+            rotations: Vec::new(),
+        }
     }
 
-    /// The pairs of neighbours, and for each place in the order the index and the position (m) of its particle.
-    pub(super) fn pairs(&mut self) -> (&[Neighbour], &[u32], &[Vec3]) {
-        (self.list.find(&self.positions, &self.radii), &self.indices, &self.positions)
+    /// The pairs of neighbours, and for each place in the order the part that is there and its position (m).
+    pub(super) fn pairs(&mut self) -> (&[Neighbour], &[PartIndex], &[Vec3]) {
+        (self.list.find(&self.positions, &self.radii), &self.parts, &self.positions)
     }
 
     /// Sorts the particles by id.
-    pub(super) fn sort(&mut self, store: &ParticleStore, templates: &[TemplateConstants]) {
-        self.indices.clear();
-        self.indices.extend(0..store.particles.len() as u32);
+    pub(super) fn sort(&mut self, store: &ParticleStore, templates: &[TemplateConstants], domain: &Domain) {
+        self.particles.clear();
+        self.particles.extend(0..store.particles.len() as u32);
         // Owned particles, then ghosts, both ascending: a stable sort merges them.
-        self.indices.sort_by_key(|&k| store.particles[k as usize].id);
-        let particles = || self.indices.iter().map(|&k| &store.particles[k as usize]);
+        self.particles.sort_by_key(|&k| store.particles[k as usize].id);
+        self.parts.clear();
         self.positions.clear();
-        self.positions.extend(particles().map(Particle::position));
         self.radii.clear();
-        self.radii.extend(particles().map(|p| templates[p.template as usize].bound));
         self.rotations.clear();
-        self.rotations.extend(particles().map(|p| p.orientation().to_rotation_matrix().into_inner()));
+        for &index in &self.particles {
+            let particle = &store.particles[index as usize];
+            for (part, constants) in (0..).zip(&templates[particle.template as usize].parts) {
+                let centre = particle.position();
+                let position = constants.arm(particle).map_or(centre, |arm| domain.wrap(centre + arm));
+                self.parts.push(PartIndex { particle: index, part });
+                self.positions.push(position);
+                self.radii.push(constants.bound);
+                self.rotations.push(constants.body(particle).rotation());
+            }
+        }
     }
 }
 
 /// Properties of a template that contacts need.
 #[derive(Clone, Debug)]
 pub(super) struct TemplateConstants {
-    pub(super) shape: GrownShape,
+    /// Its convex parts.
+    pub(super) parts: Vec<PartConstants>,
     /// [`ContactModel::reach`] of the shape (m).
     pub(super) bound: f64,
     pub(super) inertia: Inertia,
-    /// Radius of the sphere of equal volume plus enlargement (m).
-    pub(super) radius: f64,
-    /// Thickness of the shape (m).
-    pub(super) thickness: f64,
     /// Prescribed part of its motion.
     pub(super) motion: PrescribedMotion,
+}
+
+/// Properties of a convex part of a template that contacts need.
+#[derive(Clone, Debug)]
+pub(super) struct PartConstants {
+    pub(super) shape: GrownShape,
+    /// Its pose in the body, if it is not the only part.
+    pose: Option<Part>,
+    /// [`ContactModel::reach`] of the shape (m).
+    bound: f64,
+    /// Radius of the sphere of equal volume plus enlargement (m).
+    radius: f64,
+    /// Thickness of the shape (m).
+    thickness: f64,
+}
+
+impl PartConstants {
+    pub(super) fn new((shape, pose): (&Arc<dyn Shape>, Option<&Part>), model: &ContactModel) -> Self {
+        Self {
+            shape: GrownShape::new(shape.clone(), model.enlargement),
+            pose: pose.cloned(),
+            bound: model.reach(shape),
+            radius: 0.5 * shape.equivalent_diameter() + model.enlargement,
+            thickness: shape.thickness(),
+        }
+    }
+
+    /// True if the body has no other part.
+    pub(super) fn is_whole(&self) -> bool {
+        self.pose.is_none()
+    }
+
+    /// Distance of its centre from that of the body (m).
+    pub(super) fn length(&self) -> f64 {
+        self.pose.as_ref().map_or(0.0, |pose| pose.position.norm())
+    }
+
+    /// Its centre relative to that of a particle (m), unless it is the only part.
+    pub(super) fn arm(&self, particle: &Particle) -> Option<Vec3> {
+        self.pose.as_ref().map(|pose| particle.orientation() * pose.position)
+    }
+
+    /// The part of a particle.
+    pub(super) fn body(&self, particle: &Particle) -> Body<'_> {
+        let turn = particle.orientation();
+        let orientation = self.pose.as_ref().map_or(turn, |pose| turn * pose.orientation);
+        Body { grown: &self.shape, orientation }
+    }
 }
 
 /// Masses (kg) of the two bodies of a contact: infinite, and second, where forces do not move the centre of one of them.
@@ -109,8 +181,18 @@ impl ContactContext {
         &self.templates[particle.template as usize]
     }
 
-    fn body(&self, particle: &Particle) -> Body<'_> {
-        Body { grown: &self.constants(particle).shape, orientation: particle.orientation() }
+    /// Particle and constants of a part.
+    pub(super) fn part(&self, index: PartIndex) -> (&Particle, &PartConstants) {
+        let particle = &self.local.store.particles[index.particle as usize];
+        (particle, &self.constants(particle).parts[index.part as usize])
+    }
+
+    /// The parts of the owned particles.
+    pub(super) fn owned_parts(&self) -> impl Iterator<Item = PartIndex> {
+        let owned = (0..).zip(self.local.store.owned());
+        owned.flat_map(|(particle, of)| {
+            (0..self.constants(of).parts.len() as u32).map(move |part| PartIndex { particle, part })
+        })
     }
 
     /// Material of a particle.
@@ -153,7 +235,7 @@ impl ContactContext {
         forces: &mut ContactForces,
     ) -> Result<()> {
         let (store, near) = (&self.local.store, &self.near);
-        let IdOrder { list, indices, positions, radii, rotations } = order;
+        let IdOrder { list, parts, positions, radii, rotations, .. } = order;
         let domain = near.decomposition().domain;
         let mut outcome = Ok(());
         for neighbour in list.find(positions, radii) {
@@ -162,15 +244,16 @@ impl ContactContext {
             if offset.norm_squared() > reach * reach * (1.0 + SLACK) {
                 continue;
             }
-            let [i, j] = [p, q].map(|k| indices[k] as usize);
-            if near.evaluating_rank_of([i, j], store) != Some(near.rank) {
+            let indices = [p, q].map(|k| parts[k]);
+            let [i, j] = indices.map(|index| index.particle as usize);
+            if i == j || near.evaluating_rank_of([i, j], store) != Some(near.rank) {
                 continue;
             }
-            let [a, b] = [i, j].map(|k| &store.particles[k]);
-            let (bodies, turns) = ([&self.body(a), &self.body(b)], [&rotations[p], &rotations[q]]);
+            let [(a, one), (b, other)] = indices.map(|index| self.part(index));
+            let (bodies, turns) = ([&one.body(a), &other.body(b)], [&rotations[p], &rotations[q]]);
             let hint = &mut neighbour.hint;
-            let film = self.between(model, [i, j], offset, (rates, dt));
-            let key = ContactKey { first: a.id, second: b.id, parts: [0; 2] };
+            let film = self.between(model, indices, offset, (rates, dt));
+            let key = ContactKey { first: a.id, second: b.id, parts: indices.map(|index| index.part) };
             let touched = [Some(i), Some(j)];
             let [first, second] = [a, b].map(|p| self.constants(p));
             let held = first.motion.is_complete() && second.motion.is_complete();
@@ -183,6 +266,13 @@ impl ContactContext {
                 }
                 continue;
             };
+            let (overlap, offset) = match [one.arm(a), other.arm(b)] {
+                [None, None] => (overlap, offset),
+                arms => {
+                    let [arm, its] = arms.map(Option::unwrap_or_default);
+                    (overlap.seen_from(arm), offset + arm - its)
+                }
+            };
             let levers = [overlap.point, overlap.point - offset];
             let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
             let input = ContactInput {
@@ -192,7 +282,7 @@ impl ContactContext {
                 overlap: &overlap,
                 offset,
                 properties: PairProperties {
-                    radii: [first.radius, second.radius],
+                    radii: [one.radius, other.radius],
                     masses: masses([first, second]),
                     dt,
                 },
@@ -202,7 +292,7 @@ impl ContactContext {
             let entry = forces.evaluate(&input);
             let entry = film.map_or(entry, |film| entry.with(&film.action));
             forces.add(&entry, near, store);
-            let thinner = first.thickness.min(second.thickness);
+            let thinner = one.thickness.min(other.thickness);
             if is_too_deep(overlap.depth, thinner) && outcome.is_ok() {
                 let partner = format_args!("particle {}", b.id);
                 outcome = Err(too_deep(self.substep, a, partner, overlap.depth, thinner));
@@ -225,14 +315,16 @@ impl ContactContext {
         let domain = near.decomposition().domain;
         let range = model.lubrication.map_or(0.0, |lubrication| lubrication.range());
         let mut outcome = Ok(());
-        for (i, particle) in store.owned().iter().enumerate() {
-            let centre = particle.position();
+        for index in self.owned_parts() {
+            let (i, (particle, of_part)) = (index.particle as usize, self.part(index));
+            let arm = of_part.arm(particle);
+            let centre = arm.map_or(particle.position(), |arm| particle.position() + arm);
             let constants = self.constants(particle);
             // Ids of walls fall with their index.
-            for (index, (wall, surface)) in walls.iter().enumerate().rev() {
+            for (at, (wall, surface)) in walls.iter().enumerate().rev() {
                 let distance = surface.distance(centre);
-                let radius = constants.shape.shape.circumradius();
-                if distance >= constants.bound.max(radius + range) {
+                let radius = of_part.shape.shape.circumradius();
+                if distance >= of_part.bound.max(radius + range) {
                     continue;
                 }
                 if distance < -radius {
@@ -240,20 +332,22 @@ impl ContactContext {
                         .and_then(|()| Err(behind_wall(self.substep, particle, wall, distance, radius)));
                     continue;
                 }
-                let key =
-                    ContactKey { first: particle.id, second: ContactState::of_wall(index), parts: [0; 2] };
+                let second = ContactState::of_wall(at);
+                let key = ContactKey { first: particle.id, second, parts: [index.part, 0] };
                 let touched = [Some(i), None];
-                let film = self.at_wall(model, i, (wall, surface, time), (rates, dt));
-                let overlap = overlap_wall(model.geometry, &self.body(particle), &surface.seen_from(centre))
+                let film = self.at_wall(model, index, (wall, surface, time), (rates, dt));
+                let body = of_part.body(particle);
+                let overlap = overlap_wall(model.geometry, &body, &surface.seen_from(centre))
                     .filter(|_| !constants.motion.is_complete());
                 let Some(overlap) = overlap else {
                     if let Some(Acting { action, normal, lever }) = film {
-                        let point = domain.wrap(centre + lever);
+                        let point = domain.wrap(particle.position() + lever);
                         forces.add(&PairEntry::apart(key, touched, (point, normal), action), near, store);
                     }
                     continue;
                 };
                 let point = centre + overlap.point;
+                let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
                 let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let input = ContactInput {
                     key,
@@ -262,7 +356,7 @@ impl ContactContext {
                     overlap: &overlap,
                     offset: Vec3::zeros(),
                     properties: PairProperties {
-                        radii: [constants.radius, f64::INFINITY],
+                        radii: [of_part.radius, f64::INFINITY],
                         masses: [constants.inertia.mass, f64::INFINITY],
                         dt,
                     },
@@ -272,9 +366,9 @@ impl ContactContext {
                 let entry = forces.evaluate(&input);
                 let entry = film.map_or(entry, |film| entry.with(&film.action));
                 forces.add(&entry, near, store);
-                if is_too_deep(overlap.depth, constants.thickness) && outcome.is_ok() {
+                if is_too_deep(overlap.depth, of_part.thickness) && outcome.is_ok() {
                     let partner = format_args!("wall `{}`", wall.name);
-                    let (depth, thickness) = (overlap.depth, constants.thickness);
+                    let (depth, thickness) = (overlap.depth, of_part.thickness);
                     outcome = Err(too_deep(self.substep, particle, partner, depth, thickness));
                 }
             }

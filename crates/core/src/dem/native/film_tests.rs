@@ -8,7 +8,8 @@ use crate::contact::Lubrication;
 use crate::contact::lubrication::Unresolved;
 use crate::math::Quat;
 use crate::particle::{PrescribedMotion, TimeFunction};
-use crate::shape::{Ellipsoid, Sphere};
+use crate::shape::composite::tests::part;
+use crate::shape::{Composite, Ellipsoid, Sphere};
 use crate::wall::Motion;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -42,6 +43,13 @@ fn spheres() -> Arc<[Template]> {
 /// In a ball of the same radius.
 fn ellipsoids() -> Arc<[Template]> {
     let shape = Ellipsoid::new(Vec3::new(RADIUS, 0.9 * RADIUS, 0.7 * RADIUS)).unwrap();
+    [Template { shape: Arc::new(shape), density: 2500.0, material: 0 }].into()
+}
+
+/// Two ellipsoids that touch, in a ball of the same radius.
+fn twins() -> Arc<[Template]> {
+    let half = |x: f64| part(Ellipsoid::new(Vec3::new(0.5, 0.45, 0.35) * RADIUS).unwrap(), Vec3::x() * x);
+    let (shape, _) = Composite::new([-0.5 * RADIUS, 0.5 * RADIUS].map(half).into()).unwrap();
     [Template { shape: Arc::new(shape), density: 2500.0, material: 0 }].into()
 }
 
@@ -88,7 +96,7 @@ fn films_between_many_bodies_only_take_energy_and_keep_both_momenta_however_long
         })
         .collect();
     for (templates, viscosity) in
-        [spheres(), ellipsoids()].iter().flat_map(|t| [1e-3, 0.1, 1e3].map(|v| (t, v)))
+        [spheres(), ellipsoids(), twins()].iter().flat_map(|t| [1e-3, 0.1, 1e3].map(|v| (t, v)))
     {
         let inertia = Inertia::of(&templates[0]);
         let model = lubricated(Lubrication { viscosity, ..FILM });

@@ -1,11 +1,11 @@
 //! Films of fluid in narrow gaps, between particles and at walls.
 
-use super::context::{ContactContext, IdOrder, TemplateConstants};
+use super::context::{ContactContext, IdOrder, PartConstants, PartIndex, TemplateConstants};
 use crate::comm::Comm;
-use crate::contact::ContactModel;
 use crate::contact::law::Action;
 use crate::contact::lubrication::{Film, Lubrication, Mobility, Rates, Side};
 use crate::contact::nearest::{Ellipsoidal, Gap};
+use crate::contact::{Body, ContactModel};
 use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::wall::{Surface, Wall};
@@ -47,6 +47,20 @@ impl Placed {
     }
 }
 
+impl PartConstants {
+    /// The radius (m) of a sphere that is a body of its own: films of others have their normal part alone.
+    fn film_radius(&self) -> Option<f64> {
+        self.shape.shape.as_sphere().filter(|_| self.is_whole())
+    }
+
+    /// The part of a particle if it has films, sphere or not.
+    fn ellipsoidal(&self, particle: &Particle) -> Option<Ellipsoidal> {
+        let Body { grown, orientation } = self.body(particle);
+        let semi_axes = grown.shape.as_ellipsoid().or(grown.shape.as_sphere().map(Vec3::repeat))?;
+        Some(Ellipsoidal::new(semi_axes, &orientation))
+    }
+}
+
 impl ContactContext {
     fn mobility(&self, particle: &Particle) -> Mobility {
         let TemplateConstants { inertia, motion, .. } = self.constants(particle);
@@ -61,27 +75,19 @@ impl ContactContext {
         }
     }
 
-    /// The radius (m) of a sphere.
-    fn film_radius(&self, particle: &Particle) -> Option<f64> {
-        self.constants(particle).shape.shape.as_sphere()
-    }
-
-    /// A body with films, sphere or not.
-    fn ellipsoidal(&self, particle: &Particle) -> Option<Ellipsoidal> {
-        let shape = &self.constants(particle).shape.shape;
-        let semi_axes = shape.as_ellipsoid().or(shape.as_sphere().map(Vec3::repeat))?;
-        Some(Ellipsoidal::new(semi_axes, &particle.orientation()))
-    }
-
-    /// The film between two particles, `offset` (m) from the first to the second.
-    fn film(&self, lubrication: &Lubrication, pair: [&Particle; 2], offset: Vec3) -> Option<Placed> {
-        let reach = pair.map(|particle| self.constants(particle).shape.shape.circumradius());
+    /// The film between two parts of particles, `offset` (m) from the centre of the first to that of the second.
+    fn film(
+        lubrication: &Lubrication,
+        pair: [(&Particle, &PartConstants); 2],
+        offset: Vec3,
+    ) -> Option<Placed> {
+        let reach = pair.map(|(_, part)| part.shape.shape.circumradius());
         let reach = reach[0] + reach[1] + lubrication.range();
         if offset.norm_squared() >= reach * reach {
             return None;
         }
         let distance = offset.norm();
-        if let [Some(a), Some(b)] = pair.map(|particle| self.film_radius(particle)) {
+        if let [Some(a), Some(b)] = pair.map(|(_, part)| part.film_radius()) {
             let film = lubrication.film([a, b], distance - a - b)?;
             let normal = offset / distance;
             return Some(Placed {
@@ -91,16 +97,24 @@ impl ContactContext {
                 foot: normal * (distance - b),
             });
         }
-        let [first, second] = pair.map(|particle| self.ellipsoidal(particle));
-        let gap = first?.gap(&second?, offset, lubrication.range())?;
+        let [first, second] = pair.map(|(particle, part)| part.ellipsoidal(particle));
+        let mut gap = first?.gap(&second?, offset, lubrication.range())?;
+        for (point, (particle, part)) in gap.points.iter_mut().zip(pair) {
+            *point = part.arm(particle).map_or(*point, |arm| *point + arm);
+        }
         Some(Placed::new(lubrication.squeezed(&gap, false)?, &gap))
     }
 
-    /// The film between a particle and the surface of a wall.
-    fn wall_film(&self, lubrication: &Lubrication, particle: &Particle, surface: &Surface) -> Option<Placed> {
-        let (centre, range) = (particle.position(), lubrication.range());
+    /// The film between a part of a particle and the surface of a wall.
+    fn wall_film(
+        lubrication: &Lubrication,
+        (particle, part): (&Particle, &PartConstants),
+        surface: &Surface,
+    ) -> Option<Placed> {
+        let (arm, range) = (part.arm(particle), lubrication.range());
+        let centre = arm.map_or(particle.position(), |arm| particle.position() + arm);
         let distance = surface.distance(centre);
-        if let Some(radius) = self.film_radius(particle) {
+        if let Some(radius) = part.film_radius() {
             let film = lubrication.film([radius, f64::INFINITY], distance - radius)?;
             let normal = -surface.normal(centre);
             return Some(Placed {
@@ -110,10 +124,11 @@ impl ContactContext {
                 foot: normal * distance,
             });
         }
-        if distance >= self.constants(particle).shape.shape.circumradius() + range {
+        if distance >= part.shape.shape.circumradius() + range {
             return None;
         }
-        let gap = self.ellipsoidal(particle)?.gap_to_wall(&surface.seen_from(centre), range)?;
+        let mut gap = part.ellipsoidal(particle)?.gap_to_wall(&surface.seen_from(centre), range)?;
+        gap.points[0] = arm.map_or(gap.points[0], |arm| gap.points[0] + arm);
         Some(Placed::new(lubrication.squeezed(&gap, true)?, &gap))
     }
 
@@ -137,17 +152,17 @@ impl ContactContext {
             }
         };
         let domain = self.near.decomposition().domain;
-        let (list, indices, positions) = order.pairs();
+        let (list, parts, positions) = order.pairs();
         for neighbour in list {
             let [p, q] = neighbour.pair.map(|k| k as usize);
-            let [i, j] = [p, q].map(|k| indices[k] as usize);
-            if i.min(j) >= store.owned {
+            let [i, j] = [p, q].map(|k| parts[k].particle as usize);
+            if i == j || i.min(j) >= store.owned {
                 continue;
             }
-            let pair = [i, j].map(|k| &store.particles[k]);
+            let pair = [p, q].map(|k| self.part(parts[k]));
             let offset = domain.nearest_image(positions[q] - positions[p]);
-            if let Some(Placed { film, .. }) = self.film(lubrication, pair, offset) {
-                let [first, second] = film.rates(pair.map(|particle| self.mobility(particle)));
+            if let Some(Placed { film, .. }) = Self::film(lubrication, pair, offset) {
+                let [first, second] = film.rates(pair.map(|(particle, _)| self.mobility(particle)));
                 add(i, first);
                 add(j, second);
             }
@@ -155,9 +170,11 @@ impl ContactContext {
         let time = self.substep as f64 * dt;
         for wall in &self.params.walls {
             let surface = wall.surface_at(time);
-            for (i, particle) in store.owned().iter().enumerate() {
-                if let Some(Placed { film, .. }) = self.wall_film(lubrication, particle, &surface) {
-                    add(i, film.rates([self.mobility(particle), Mobility::default()])[0]);
+            for index in self.owned_parts() {
+                let part = self.part(index);
+                if let Some(Placed { film, .. }) = Self::wall_film(lubrication, part, &surface) {
+                    let rates = film.rates([self.mobility(part.0), Mobility::default()]);
+                    add(index.particle as usize, rates[0]);
                 }
             }
         }
@@ -213,34 +230,36 @@ impl ContactContext {
         if self.substep == 0 { 0.5 * dt } else { dt }
     }
 
-    /// Action of the film between two particles, `offset` (m) from the first to the second.
+    /// Action of the film between two parts of particles, `offset` (m) from the first to the second.
     pub(super) fn between(
         &self,
         model: &ContactModel,
-        [i, j]: [usize; 2],
+        indices: [PartIndex; 2],
         offset: Vec3,
         (rates, dt): (&[Rates], f64),
     ) -> Option<Acting> {
-        let pair = [i, j].map(|k| &self.local.store.particles[k]);
-        let Placed { film, normal, lever, .. } = self.film(model.lubrication.as_ref()?, pair, offset)?;
-        let action = film.act(normal, [&self.side(i, rates, dt), &self.side(j, rates, dt)], self.span(dt));
+        let pair = indices.map(|index| self.part(index));
+        let Placed { film, normal, lever, .. } = Self::film(model.lubrication.as_ref()?, pair, offset)?;
+        let [first, second] = indices.map(|index| self.side(index.particle as usize, rates, dt));
+        let action = film.act(normal, [&first, &second], self.span(dt));
         Some(Acting { action, normal, lever })
     }
 
-    /// Action of the film between a particle and a wall whose surface is the one given at `time` (s).
+    /// Action of the film between a part of a particle and a wall whose surface is the one given at `time` (s).
     pub(super) fn at_wall(
         &self,
         model: &ContactModel,
-        i: usize,
+        index: PartIndex,
         (wall, surface, time): (&Wall, &Surface, f64),
         (rates, dt): (&[Rates], f64),
     ) -> Option<Acting> {
-        let particle = &self.local.store.particles[i];
+        let (particle, part) = self.part(index);
         let Placed { film, normal, lever, foot } =
-            self.wall_film(model.lubrication.as_ref()?, particle, surface)?;
+            Self::wall_film(model.lubrication.as_ref()?, (particle, part), surface)?;
         let velocity = wall.velocity(particle.position() + foot, time);
         let still = Side { velocity, spin: Vec3::zeros(), rates: [0.0; 2] };
-        let action = film.act(normal, [&self.side(i, rates, dt), &still], self.span(dt));
+        let side = self.side(index.particle as usize, rates, dt);
+        let action = film.act(normal, [&side, &still], self.span(dt));
         Some(Acting { action, normal, lever })
     }
 }

@@ -18,6 +18,8 @@ pub(super) struct ContactForces {
     pub(super) history: History,
     /// Number of contacts that began since the start.
     pub(super) begun: u64,
+    /// True if there are bodies of several parts: two of them may have several contacts.
+    pub(super) in_parts: bool,
     /// Contacts of this sub-step, first those of pairs, then those with walls.
     pub(super) states: Vec<ContactState>,
     /// Contact force and torque by owned particle, after [`reduce`](Self::reduce).
@@ -38,7 +40,7 @@ struct PairForce {
     torque: [f64; 3],
 }
 
-/// Action of two bodies on each other, touching or not. A pair has one entry in a sub-step, of all that acts between them.
+/// Action of two parts of bodies on each other, touching or not. A pair has one entry in a sub-step, of all that acts between them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PairEntry {
     /// The bodies, the lower id first; a wall stands second.
@@ -101,10 +103,10 @@ pub(super) struct ContactInput<'a> {
 }
 
 impl ContactForces {
-    /// For a rank with this number of peers, and a law that remembers `memory` numbers of a contact.
-    pub(super) fn new(peers: usize, memory: usize) -> Self {
+    /// For a rank with this number of peers, a law that remembers `memory` numbers of a contact, and bodies of several parts or none.
+    pub(super) fn new(peers: usize, memory: usize, in_parts: bool) -> Self {
         let history = History::new(Records::new(memory));
-        Self { messages: vec![Vec::new(); peers], history, ..Self::default() }
+        Self { messages: vec![Vec::new(); peers], history, in_parts, ..Self::default() }
     }
 
     /// Begins a sub-step.
@@ -206,9 +208,13 @@ impl ContactForces {
                 }
             }
             // Without messages they are in order already: pairs are, and lower partners come first.
-            if self.local.len() > before {
+            if self.local.len() > before && !self.in_parts {
                 self.local.sort_unstable_by_key(|(index, force)| (*index, force.partner));
             }
+        }
+        if self.in_parts {
+            // All contacts of two bodies come from one rank, in the order of their parts, which a stable sort keeps.
+            self.local.sort_by_key(|(index, force)| (*index, force.partner));
         }
         self.totals.clear();
         self.totals.resize(particles.store.owned, Load::default());

@@ -75,11 +75,11 @@ pub(super) fn crowd() -> Vec<Particle> {
 }
 
 /// All particles in order of id, contacts begun, how often a contact with a wall changed its rank, and all contacts.
-fn shaken(ranks: usize) -> (Vec<u8>, i64, usize, Vec<u8>) {
+pub(super) fn shaken(ranks: usize, templates: &Arc<[Template]>) -> (Vec<u8>, i64, usize, Vec<u8>) {
     let all = crowd();
     let results = on_threads(ranks, |comm| {
         let cut = Decomposition::new(CHANNEL, ranks).unwrap();
-        let mut engine = Native::new(params(), cut, comm.rank(), templates(), &all).unwrap();
+        let mut engine = Native::new(params(), cut, comm.rank(), templates.clone(), &all).unwrap();
         let (mut owners, mut handed) = (BTreeMap::new(), 0);
         let mut contacts = Vec::new();
         for step in 0..STEPS {
@@ -111,7 +111,7 @@ fn shaken(ranks: usize) -> (Vec<u8>, i64, usize, Vec<u8>) {
 
 #[test]
 fn spheres_and_cubes_between_moving_walls_move_to_the_same_bits_on_1_2_3_4_and_8_ranks() {
-    let (alone, begun, handed, contacts) = shaken(1);
+    let (alone, begun, handed, contacts) = shaken(1, &templates());
     assert_eq!(alone.len(), 40 * size_of::<Particle>());
     let walls: std::collections::BTreeSet<_> = bytemuck::pod_collect_to_vec::<u8, ContactState>(&contacts)
         .iter()
@@ -120,7 +120,7 @@ fn spheres_and_cubes_between_moving_walls_move_to_the_same_bits_on_1_2_3_4_and_8
     println!("{begun} contacts, of walls {walls:?}");
     assert!(begun > 100 && walls.len() >= 3 && handed == 0);
     for ranks in [2, 3, 4, 8] {
-        let (together, theirs, handed, their_contacts) = shaken(ranks);
+        let (together, theirs, handed, their_contacts) = shaken(ranks, &templates());
         println!("{ranks} ranks: {handed} contacts with walls changed rank");
         assert_eq!(theirs, begun, "contacts on {ranks} ranks");
         assert!(together == alone && their_contacts == contacts, "{ranks} ranks differ");

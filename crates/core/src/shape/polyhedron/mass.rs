@@ -48,7 +48,7 @@ pub(super) fn inertia(spread: &Mat3) -> Mat3 {
 ///
 /// Own, as it needs only operations that are rounded alike everywhere: the general solver in nalgebra reaches for
 /// kernels that depend on the processor.
-pub(super) fn principal_axes(tensor: &Mat3) -> Quat {
+pub(in crate::shape) fn principal_axes(tensor: &Mat3) -> Quat {
     let mut tensor = *tensor;
     let mut axes = Mat3::identity();
     let largest = tensor.diagonal().amax();
