@@ -27,7 +27,6 @@ pub struct SeriesWriter {
     writer: csv::Writer<Rows>,
 }
 
-/// The file, and what has been written to it.
 struct Rows {
     file: File,
     bytes: u64,
@@ -63,7 +62,7 @@ impl SeriesWriter {
     /// Creates the `series.csv` of a run with these walls and these sections of prescribed motion, replacing an older one, and writes the
     /// header.
     pub fn create(path: &Path, walls: &[Wall], prescribed: &[usize]) -> Result<Self> {
-        let columns = COLUMNS.into_iter().map(String::from);
+        let columns = COLUMNS.iter().cloned();
         Self::with_columns(path, columns.chain(wall_columns(walls)).chain(load_columns(prescribed)))
     }
 

@@ -1,62 +1,39 @@
 //! The paths of single particles, `particle_series.csv`.
 
 use super::growing::{RowsMark, SeriesWriter};
+use super::series::{definitions, heads};
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
+use std::sync::LazyLock;
 
 /// Particles whose paths are written: those with the lowest ids.
 pub const PATHS: usize = 16;
 
-/// Header of `particle_series.csv`: name and unit of every column. One row per particle and time.
-pub const COLUMNS: [&str; 16] = [
-    "step (-)",
-    "t (s)",
-    "id (-)",
-    "x (m)",
-    "y (m)",
-    "z (m)",
-    "velocity_x (m/s)",
-    "velocity_y (m/s)",
-    "velocity_z (m/s)",
-    "angular_velocity_x (1/s)",
-    "angular_velocity_y (1/s)",
-    "angular_velocity_z (1/s)",
-    "orientation_w (-)",
-    "orientation_x (-)",
-    "orientation_y (-)",
-    "orientation_z (-)",
-];
+/// Quantities of `particle_series.csv`, one row per particle and time: names, units and definitions of their columns.
+const QUANTITIES: &str = "\
+step (-): Steps done.
+t (s): Time, `step * time_step`.
+id (-): Number of the particle, from 0 in the order of the sections.
+{x,y,z} (m): Centre of mass, on a continuous path: passages through periodic faces add the edge of the box.
+velocity_{x,y,z} (m/s): Velocity of the centre of mass.
+angular_velocity_{x,y,z} (1/s): Angular velocity in the world frame.
+orientation_{w,x,y,z} (-): Unit quaternion that maps the body frame to the world frame; `w` is its real part.
+";
+
+/// Header of `particle_series.csv`: name and unit of every column.
+pub static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(QUANTITIES));
 
 /// Definition of every quantity, by the name of its column without the axis.
-pub const DEFINITIONS: [(&str, &str); 7] = [
-    ("step", "Steps done."),
-    ("t", "Time, `step * time_step`."),
-    ("id", "Number of the particle, from 0 in the order of the sections."),
-    ("", "Centre of mass, on a continuous path: passages through periodic faces add the edge of the box."),
-    ("velocity", "Velocity of the centre of mass."),
-    ("angular_velocity", "Angular velocity in the world frame."),
-    ("orientation", "Unit quaternion that maps the body frame to the world frame; `w` is its real part."),
-];
-
-#[derive(Serialize)]
-struct Row {
-    step: u64,
-    time: f64,
-    id: u64,
-    position: [f64; 3],
-    velocity: [f64; 3],
-    angular_velocity: [f64; 3],
-    orientation: [f64; 4],
-}
+pub static DEFINITIONS: LazyLock<Vec<(&str, &str)>> = LazyLock::new(|| definitions(QUANTITIES));
 
 /// State of `particle_series.csv`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PathsState {
-    rows: RowsMark,
+    pub(crate) rows: RowsMark,
     /// Last position of each particle, in the box and on its continuous path (m).
     last: Vec<[[f64; 3]; 2]>,
 }
@@ -66,27 +43,20 @@ pub struct PathsState {
 pub struct ParticleSeries {
     writer: SeriesWriter,
     domain: Domain,
-    /// Last position of each particle, in the box and on its continuous path.
-    last: Vec<(Vec3, Vec3)>,
+    /// As of [`PathsState`].
+    last: Vec<[[f64; 3]; 2]>,
 }
 
 impl ParticleSeries {
     /// Creates the file, replacing an older one, and writes the header.
     pub fn create(path: &Path, domain: Domain) -> Result<Self> {
-        Ok(Self { writer: SeriesWriter::with_columns(path, COLUMNS)?, domain, last: Vec::new() })
+        Ok(Self { writer: SeriesWriter::with_columns(path, COLUMNS.iter())?, domain, last: Vec::new() })
     }
 
     /// Continues from a [state](Self::state); rows that follow are cut off. Errors:
     /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
     pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
-        let last = (state.last.iter()).map(|[inside, path]| (Vec3::from(*inside), Vec3::from(*path)));
-        Ok(Self { writer: SeriesWriter::resume(path, &state.rows)?, domain, last: last.collect() })
-    }
-
-    /// Checks that the file has the rows that [`resume`](Self::resume) needs. Errors: [`Error::Input`](crate::error::Error::Input) if
-    /// not.
-    pub fn holds(path: &Path, state: &PathsState) -> Result<()> {
-        SeriesWriter::holds(path, &state.rows)
+        Ok(Self { writer: SeriesWriter::resume(path, &state.rows)?, domain, last: state.last.clone() })
     }
 
     /// As [`SeriesWriter::intact`].
@@ -96,11 +66,7 @@ impl ParticleSeries {
 
     /// State to [resume](Self::resume) from; the rows so far are safe on disk after this.
     pub fn state(&self) -> Result<PathsState> {
-        let last = self.last.iter();
-        Ok(PathsState {
-            rows: self.writer.mark()?,
-            last: last.map(|(inside, path)| [(*inside).into(), (*path).into()]).collect(),
-        })
+        Ok(PathsState { rows: self.writer.mark()?, last: self.last.clone() })
     }
 
     /// Appends the first of `particles`, in ascending order of id, those with the lowest ids of all among them. A particle moves
@@ -108,24 +74,15 @@ impl ParticleSeries {
     pub fn write(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
         let first = &particles[..particles.len().min(PATHS)];
         if self.last.len() != first.len() {
-            let here = first.iter().map(|p| self.domain.wrap(p.position()));
-            self.last = here.map(|at| (at, at)).collect();
+            self.last = first.iter().map(|p| [self.domain.wrap(p.position()).into(); 2]).collect();
         }
         let mut rows = Vec::with_capacity(first.len());
-        for (particle, (inside, path)) in first.iter().zip(&mut self.last) {
+        for (particle, [inside, path]) in first.iter().zip(&mut self.last) {
             let now = self.domain.wrap(particle.position());
-            *path += self.domain.nearest_image(now - *inside);
-            *inside = now;
-            let [i, j, k, w] = particle.orientation;
-            rows.push(Row {
-                step,
-                time,
-                id: particle.id,
-                position: (*path).into(),
-                velocity: particle.velocity,
-                angular_velocity: particle.angular_velocity,
-                orientation: [w, i, j, k],
-            });
+            *path = (Vec3::from(*path) + self.domain.nearest_image(now - Vec3::from(*inside))).into();
+            *inside = now.into();
+            let Particle { id, velocity, angular_velocity, orientation: [i, j, k, w], .. } = *particle;
+            rows.push((step, time, id, *path, velocity, angular_velocity, [w, i, j, k]));
         }
         self.writer.write(&rows)
     }

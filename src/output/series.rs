@@ -1,125 +1,88 @@
 //! The time series of a run, `series.csv`.
 
+use super::units;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::wall::Wall;
 use serde::{Serialize, Serializer};
 use std::path::Path;
+use std::sync::LazyLock;
 
-/// Header of `series.csv`: name and unit of every column, in the order of [`SeriesRow`]'s fields; those of walls
-/// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow. [`DEFINITIONS`] says what they are.
+/// Quantities of `series.csv`, in the order of [`SeriesRow`]'s fields: names, units and definitions of their columns. Those of walls
+/// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow. Here `v` is the velocity of a particle, `m` its mass,
+/// `V_p` its volume, `V` the volume of the box that is in no wall (without a fluid of the whole box), `u` the velocity of the fluid, `rho` its
+/// density, and `<>` a mean.
 ///
 /// A row is the state between two steps: all forces of the steps so far have acted, and none of the coming one. So with a body
 /// acceleration `a` its flow lies `a dt / 2` behind that of the fields, which is taken in the middle of the coming collision.
-pub const COLUMNS: [&str; 37] = [
-    "step (-)",
-    "t (s)",
-    "t_star (-)",
-    "settling_velocity_over_stokes (-)",
-    "mean_particle_velocity_x (m/s)",
-    "mean_particle_velocity_y (m/s)",
-    "mean_particle_velocity_z (m/s)",
-    "mean_particle_speed (m/s)",
-    "max_particle_speed (m/s)",
-    "net_flux_x (m/s)",
-    "net_flux_y (m/s)",
-    "net_flux_z (m/s)",
-    "contacts (-)",
-    "max_overlap (-)",
-    "kinetic_energy_fluid (J)",
-    "kinetic_energy_translation (J)",
-    "kinetic_energy_rotation (J)",
-    "momentum_x (kg m/s)",
-    "momentum_y (kg m/s)",
-    "momentum_z (kg m/s)",
-    "wall_force_x (N)",
-    "wall_force_y (N)",
-    "wall_force_z (N)",
-    "gravitational_energy (J)",
-    "max_mach (-)",
-    "contact_stress_xx (Pa)",
-    "contact_stress_yy (Pa)",
-    "contact_stress_zz (Pa)",
-    "contact_stress_xy (Pa)",
-    "contact_stress_xz (Pa)",
-    "contact_stress_yz (Pa)",
-    "hydrodynamic_stress_xx (Pa)",
-    "hydrodynamic_stress_yy (Pa)",
-    "hydrodynamic_stress_zz (Pa)",
-    "hydrodynamic_stress_xy (Pa)",
-    "hydrodynamic_stress_xz (Pa)",
-    "hydrodynamic_stress_yz (Pa)",
-];
+const QUANTITIES: &str = "\
+step (-): Steps done: of the fluid, or without one of the particles.
+t (s): Time, `step * time_step`.
+t_star (-): Time over the time in which a particle travels its diameter at the Stokes velocity, `t u_Stokes / D`. 0 if nothing settles.
+settling_velocity_over_stokes (-): Settling velocity, `(<v> - net_flux) . g / u_Stokes`, with the unit vector `g` along the weight less \
+    buoyancy of all particles.
+mean_particle_velocity_{x,y,z} (m/s): Mean velocity of the particles, `<v>`.
+mean_particle_speed (m/s): Mean speed of the particles, `<|v|>`.
+max_particle_speed (m/s): Largest speed of a particle.
+net_flux_{x,y,z} (m/s): Mean velocity of the mixture by volume: of `u` over all cells, in which a particle counts with its own velocity.
+contacts (-): Number of contacts between particles, and of particles with walls.
+max_overlap (-): Depth of the deepest contact over `D`.
+kinetic_energy_fluid (J): Kinetic energy of the fluid, `sum rho u^2 dx^3 / 2` over all cells, those inside of particles included.
+kinetic_energy_translation (J): Kinetic energy of the particles by translation, `sum m v^2 / 2`.
+kinetic_energy_rotation (J): Kinetic energy of the particles by rotation, `sum w . I w / 2`.
+momentum_{x,y,z} (kg m/s): Momentum of fluid and particles, `rho V net_flux + sum (m - rho V_p) v`; before the first step that of the flow at \
+    the start, and `sum m v` less what of the flow the particles displace.
+wall_force_{x,y,z} (N): Force of the particles on all walls, by contacts. Empty, as are all stresses by contacts, if the engine does not tell \
+    its contacts.
+gravitational_energy (J): Energy of the weight less buoyancy of the particles, `-sum (m - rho V_p) g . x` over directions that are not \
+    periodic, from the origin.
+max_mach (-): Mach number of the fastest cell, `sqrt(3) |u| dt / dx`.
+contact_stress_{xx,yy,zz,xy,xz,yz} (Pa): Stress by contacts, `-sum l F / V`, symmetric part: `F` acts on a particle, to whose centre `l` leads \
+    from that of the other one, or from the contact with a wall. Positive where it pulls, or resists shear as viscosity does.
+hydrodynamic_stress_{xx,yy,zz,xy,xz,yz} (Pa): Stress of the particles by the fluid: the stresslet of Batchelor (1970), the first moment about \
+    each centre of the momentum that the fluid gives to the particle in the coming step, and the stress that partially saturated cells carry, \
+    over `V`. In steady shear the stress on the plates is viscosity times shear rate, plus this and the contact stress, minus the Reynolds \
+    stress.
+";
 
-/// Definition of every quantity, by the name of its column without the axis: `net_flux` of `net_flux_x`. Here `v` is the velocity of a
-/// particle, `m` its mass, `V_p` its volume, `V` the volume of the box that is in no wall (without a fluid of the whole box), `u` the
-/// velocity of the fluid, `rho` its density, and `<>` a mean.
-pub const DEFINITIONS: [(&str, &str); 26] = [
-    ("step", "Steps done: of the fluid, or without one of the particles."),
-    ("t", "Time, `step * time_step`."),
-    (
-        "t_star",
-        "Time over the time in which a particle travels its diameter at the Stokes velocity, `t u_Stokes / D`. 0 if nothing settles.",
-    ),
-    (
-        "settling_velocity_over_stokes",
-        "Settling velocity, `(<v> - net_flux) . g / u_Stokes`, with the unit vector `g` along the weight less buoyancy of all particles.",
-    ),
-    ("mean_particle_velocity", "Mean velocity of the particles, `<v>`."),
-    ("mean_particle_speed", "Mean speed of the particles, `<|v|>`."),
-    ("max_particle_speed", "Largest speed of a particle."),
-    (
-        "net_flux",
-        "Mean velocity of the mixture by volume: of `u` over all cells, in which a particle counts with its own velocity.",
-    ),
-    ("contacts", "Number of contacts between particles, and of particles with walls."),
-    ("max_overlap", "Depth of the deepest contact over `D`."),
-    (
-        "kinetic_energy_fluid",
-        "Kinetic energy of the fluid, `sum rho u^2 dx^3 / 2` over all cells, those inside of particles included.",
-    ),
-    ("kinetic_energy_translation", "Kinetic energy of the particles by translation, `sum m v^2 / 2`."),
-    ("kinetic_energy_rotation", "Kinetic energy of the particles by rotation, `sum w . I w / 2`."),
-    (
-        "momentum",
-        "Momentum of fluid and particles, `rho V net_flux + sum (m - rho V_p) v`; before the first step that of the flow at the start, \
-         and `sum m v` less what of the flow the particles displace.",
-    ),
-    (
-        "wall_force",
-        "Force of the particles on all walls, by contacts. Empty, as are all stresses by contacts, if the engine does not tell its contacts.",
-    ),
-    (
-        "gravitational_energy",
-        "Energy of the weight less buoyancy of the particles, `-sum (m - rho V_p) g . x` over directions that are not periodic, from the origin.",
-    ),
-    ("max_mach", "Mach number of the fastest cell, `sqrt(3) |u| dt / dx`."),
-    (
-        "contact_stress",
-        "Stress by contacts, `-sum l F / V`, symmetric part: `F` acts on a particle, to whose centre `l` leads from that of the other \
-         one, or from the contact with a wall. Positive where it pulls, or resists shear as viscosity does.",
-    ),
-    (
-        "hydrodynamic_stress",
-        "Stress of the particles by the fluid: the stresslet of Batchelor (1970), the first moment about each centre of the momentum that \
-         the fluid gives to the particle in the coming step, and the stress that partially saturated cells carry, over `V`. In steady shear \
-         the stress on the plates is viscosity times shear rate, plus this and the contact stress, minus the Reynolds stress.",
-    ),
-    ("fluid_force", "Force of the fluid on the wall in the last step, without the pressure at rest."),
-    ("contact_force", "Force of contacts on the wall, or on all bodies of a section with prescribed motion."),
-    ("shear_stress", "Force of fluid and contacts along a plane wall over its area in the box. Planes only."),
-    (
-        "hydrodynamic_force",
-        "Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy: `drag` is without.",
-    ),
-    ("hydrodynamic_torque", "Torque of the fluid on them, about the centre of each."),
-    ("contact_torque", "Torque of contacts on them, about the centre of each."),
-    (
-        "drag",
-        "`hydrodynamic_force` without the hydrostatic part, the buoyancy `-sum rho V_p g`; with `force_balance = \"mixture\"` it holds \
-         the force of the mean pressure gradient, `sum rho V_p a`.",
-    ),
-];
+/// Definitions of what stands in the columns of walls and of bodies with prescribed motion.
+const OF_BODIES: &str = "\
+fluid_force: Force of the fluid on the wall in the last step, without the pressure at rest.
+contact_force: Force of contacts on the wall, or on all bodies of a section with prescribed motion.
+shear_stress: Force of fluid and contacts along a plane wall over its area in the box. Planes only.
+hydrodynamic_force: Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy: `drag` is without.
+hydrodynamic_torque: Torque of the fluid on them, about the centre of each.
+contact_torque: Torque of contacts on them, about the centre of each.
+drag: `hydrodynamic_force` without the hydrostatic part, the buoyancy `-sum rho V_p g`; with `force_balance = \"mixture\"` it holds the force of \
+    the mean pressure gradient, `sum rho V_p a`.
+";
+
+/// Header of `series.csv`: name and unit of every column but those of walls and bodies.
+pub static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(QUANTITIES));
+
+/// Definition of every quantity, by the name of its column without the axis: `net_flux` of `net_flux_x`.
+pub static DEFINITIONS: LazyLock<Vec<(&str, &str)>> =
+    LazyLock::new(|| [definitions(QUANTITIES), definitions(OF_BODIES)].concat());
+
+/// Heads `name (unit)` of the columns of a table of lines `name (unit): definition`; `name_{x,y} (unit)` stands for two columns.
+pub(super) fn heads(table: &str) -> Vec<String> {
+    let of_line = |line: &str| -> Vec<String> {
+        let head = line.split(": ").next().unwrap_or_default();
+        let (name, rest) = head.split_once('{').unwrap_or((head, ""));
+        let (axes, unit) = rest.split_once('}').unwrap_or_default();
+        axes.split(',').map(|axis| format!("{name}{axis}{unit}")).collect()
+    };
+    table.lines().flat_map(of_line).collect()
+}
+
+/// Definitions of such a table by name, without axes and unit.
+pub(super) fn definitions(table: &'static str) -> Vec<(&'static str, &'static str)> {
+    let of_line = |line: &'static str| {
+        let (head, definition) = line.split_once(": ")?;
+        Some((head.split(['{', ' ']).next()?.trim_end_matches('_'), definition))
+    };
+    table.lines().filter_map(of_line).collect()
+}
 
 /// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
 pub const WALL_COLUMNS: [(&str, &str); 3] =
@@ -297,8 +260,7 @@ impl SeriesTable {
 }
 
 fn column(head: &str) -> SeriesColumn {
-    let parts = head.strip_suffix(')').and_then(|head| head.rsplit_once(" ("));
-    let (name, unit) = parts.unwrap_or((head, "-"));
+    let (name, unit) = units::split(head);
     SeriesColumn { name: name.to_string(), unit: unit.to_string(), values: Vec::new() }
 }
 
@@ -332,7 +294,7 @@ mod tests {
         };
         let mut quantities: Vec<&str> = names.map(quantity).collect();
         quantities.dedup();
-        assert_eq!(quantities, DEFINITIONS.map(|(name, _)| name));
+        assert_eq!(quantities, DEFINITIONS.iter().map(|(name, _)| *name).collect::<Vec<_>>());
     }
 
     #[test]

@@ -261,7 +261,7 @@ fn the_page_on_tables_has_every_column() {
          box that is in no\nwall (without a fluid of the whole box), `u` the velocity of the fluid, `rho` its density, `g` gravity, and `<>` a \
          mean over the\nparticles.\n\n",
     );
-    columns(&mut out, &series::COLUMNS.map(String::from), &series::DEFINITIONS);
+    columns(&mut out, &series::COLUMNS, &series::DEFINITIONS);
     let vector = |(what, unit): &(&str, &str), of: &str| {
         ["x", "y", "z"].map(|axis| format!("{what}_{of}_{axis} ({unit})"))
     };
@@ -276,7 +276,7 @@ fn the_page_on_tables_has_every_column() {
         "\n## particle_series.csv\n\nOne row for each of the first {} particles at each time.\n\n",
         particle_series::PATHS
     );
-    columns(&mut out, &particle_series::COLUMNS.map(String::from), &particle_series::DEFINITIONS);
+    columns(&mut out, &particle_series::COLUMNS, &particle_series::DEFINITIONS);
     out.push_str(
         "\n## result.csv\n\nOne row for each finished run of a [study](../study.md): its name `run`, a column for each axis, the columns \
          below, one for each\n`[[window]]`, and the `version` of the program. What a run does not have stays empty. Names without a definition \

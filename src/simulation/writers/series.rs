@@ -23,7 +23,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Name of the writer.
 const NAME: &str = "series";
 /// Time (s) of one thread to measure the flow in a cell for a row: processor time of `hindered_settling` with rows, less that without.
 const MEASURED_CELL: f64 = 26e-9;
@@ -69,7 +68,7 @@ fn holds(files: &OutputFiles, open: Option<&(RowsMark, PathsState)>) -> Result<(
         return Ok(());
     };
     SeriesWriter::holds(&files.series(), rows)?;
-    ParticleSeries::holds(&files.particle_series(), paths)
+    SeriesWriter::holds(&files.particle_series(), &paths.rows)
 }
 
 /// Refuses a directory whose tables are not those of the run that has left these states of its writers.
