@@ -245,7 +245,6 @@ struct Wanted {
     constant: f64,
 }
 
-/// A line of numbers.
 pub(super) trait Line {
     /// The number in a column; `None` if there is none.
     fn number(&self, column: usize) -> Option<f64>;
@@ -293,39 +292,32 @@ impl Layout {
         }
         let lenient = dialect.lenient || !columns.0.is_empty();
         for (source, (name, unit)) in fields.iter().enumerate() {
-            let has = |wanted: &[Wanted], target: usize| wanted.iter().any(|other| other.target == target);
             let is = |(known, _, others): &(&str, Quantity, &[&str])| {
                 known == name || others.contains(&name.as_str())
             };
-            let own = dialect.aliases.iter().find(|alias| alias.name == name);
-            let (target, factor, constant) = match (own, COLUMNS.iter().position(is)) {
-                (Some(alias), _) => (alias.target, alias.factor, alias.constant),
-                (None, Some(target)) => {
-                    let unit = dialect.factor(COLUMNS[target].1, *unit);
-                    match unit {
-                        Ok(factor) => (target, factor, 0.0),
-                        Err(what) if !columns.map(target) => return Err(format!("column `{name}` {what}")),
-                        Err(_) => continue,
-                    }
-                }
-                (None, None) if lenient => continue,
-                (None, None) => {
-                    return Err(format!(
-                        "unknown column `{}`; {MAP}, and others are left out",
-                        input::word(name)
-                    ));
+            let of_ours = |target: usize| (target, dialect.factor(COLUMNS[target].1, *unit), 0.0);
+            let alias = dialect.aliases.iter().find(|alias| alias.name == name);
+            let known = alias.map(|alias| (alias.target, Ok(alias.factor), alias.constant));
+            let (target, factor, constant) = match known.or_else(|| COLUMNS.iter().position(is).map(of_ours))
+            {
+                Some(known) => known,
+                None if lenient => continue,
+                None => {
+                    let name = input::word(name);
+                    return Err(format!("unknown column `{name}`; {MAP}, and others are left out"));
                 }
             };
             if columns.map(target) {
                 continue;
             }
-            if has(&wanted, target) {
-                if lenient {
-                    continue;
-                }
+            let factor = factor.map_err(|what| format!("column `{name}` {what}"))?;
+            let is_known = wanted.iter().any(|other| other.target == target);
+            if is_known && !lenient {
                 return Err(format!("column `{name}` appears twice"));
             }
-            wanted.push(Wanted { target, source, factor, constant });
+            if !is_known {
+                wanted.push(Wanted { target, source, factor, constant });
+            }
         }
         let layout = Self { wanted, fields: fields.len() };
         layout.check(columns, lenient, dialect.no_position)

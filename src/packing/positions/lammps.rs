@@ -18,7 +18,6 @@ const MOST_COLUMNS: usize = 1_000;
 /// Columns that a note names.
 const MOST_NAMED: usize = 20;
 
-/// The box of a file.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
     low: [f64; 3],
@@ -179,7 +178,6 @@ pub(super) fn dump(text: &str, name: &str, columns: &Columns, several: bool) -> 
     })
 }
 
-/// Reads a data file.
 pub(super) fn data(text: &str, name: &str, columns: &Columns, several: bool) -> Result<Found, String> {
     let bad = |line: usize, what: &str| format!("{name}:{line}: {what}; {DATA}");
     let mut bounds = Bounds { low: [0.0; 3], size: [0.0; 3], periodic: [false; 3] };
@@ -223,37 +221,38 @@ pub(super) fn data(text: &str, name: &str, columns: &Columns, several: bool) -> 
                     _ => {}
                 }
             }
-            "Atoms" => {
+            "Atoms" | "Velocities" => {
+                let of_atoms = section == "Atoms";
                 if layout.is_none() {
-                    let names = atom_columns(style, fields.len());
-                    let names = names.ok_or_else(|| {
-                        let style = input::word(style);
-                        bad(number, &format!("atoms of the style `{style}` with {} numbers", fields.len()))
-                    })?;
-                    let made = Layout::new(&names, columns, &bounds.dialect([1.0, 1.0], several));
-                    layout = Some(made.map_err(|e| bad(number, &e))?);
-                }
-                let layout = layout.as_ref().expect("made above");
-                let line = TextLine { line: number, fields: &fields };
-                placements.push(table::placement(layout, &line, (name, DATA))?);
-                if placements.len() > count {
-                    return Err(bad(number, &format!("more atoms than the {count} that the head states")));
-                }
-            }
-            "Velocities" => {
-                if layout.is_none() {
-                    let names = ["id", "vx", "vy", "vz", "wx", "wy", "wz"];
-                    let names = &names[..if fields.len() == 4 { 4 } else { names.len() }];
-                    let dialect = Dialect { no_position: true, ..Dialect::default() };
-                    let made = Layout::new(names, &Columns::default(), &dialect);
+                    let made = if of_atoms {
+                        let names = atom_columns(style, fields.len());
+                        let names = names.ok_or_else(|| {
+                            let style = input::word(style);
+                            bad(
+                                number,
+                                &format!("atoms of the style `{style}` with {} numbers", fields.len()),
+                            )
+                        })?;
+                        Layout::new(&names, columns, &bounds.dialect([1.0, 1.0], several))
+                    } else {
+                        let names = ["id", "vx", "vy", "vz", "wx", "wy", "wz"];
+                        let names = &names[..if fields.len() == 4 { 4 } else { names.len() }];
+                        let dialect = Dialect { no_position: true, ..Dialect::default() };
+                        Layout::new(names, &Columns::default(), &dialect)
+                    };
                     layout = Some(made.map_err(|e| bad(number, &e))?);
                 }
                 let layout = layout.as_ref().expect("made above");
                 let line = TextLine { line: number, fields: &fields };
                 let placement = table::placement(layout, &line, (name, DATA))?;
-                motions.extend(placement.id.zip(placement.motion));
-                if motions.len() > count {
-                    return Err(bad(number, &format!("more velocities than the {count} atoms of the head")));
+                if of_atoms {
+                    placements.push(placement);
+                } else {
+                    motions.extend(placement.id.zip(placement.motion));
+                }
+                if placements.len().max(motions.len()) > count {
+                    let rows = if of_atoms { "atoms" } else { "velocities" };
+                    return Err(bad(number, &format!("more {rows} than the {count} atoms of the head")));
                 }
             }
             "Ellipsoids" => ellipsoids = true,

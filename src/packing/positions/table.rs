@@ -16,7 +16,6 @@ const FIELDS: usize = 1_024;
 /// A field of a line, and its position in the line (characters, from 1).
 type Field<'a> = (usize, &'a str);
 
-/// A line of text.
 pub(super) struct TextLine<'a> {
     pub(super) line: usize,
     pub(super) fields: &'a [Field<'a>],
@@ -117,7 +116,6 @@ fn header(line: &str) -> Vec<Field<'_>> {
     joined
 }
 
-/// Reads a table.
 pub(super) fn parse(text: &str, name: &str, columns: &Columns) -> Result<Found, String> {
     let mut layout: Option<Layout> = None;
     let mut comment = None;

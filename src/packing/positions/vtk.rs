@@ -20,7 +20,6 @@ const POINTS: &str = "Points";
 const EXPECTED: &str =
     "expected points of VTK with arrays such as id, diameter or radius, orientation (w, x, y, z), velocity";
 
-/// Points and the numbers of each.
 #[derive(Default)]
 struct Piece<'a> {
     count: usize,
@@ -82,7 +81,6 @@ pub(super) fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) 
     Ok(Found { placements, notes: Vec::new() })
 }
 
-/// Reads the points of a file.
 pub(super) fn points(
     bytes: &[u8],
     name: &str,

@@ -1,8 +1,8 @@
 //! Arrays of numbers as VTK stores them: text, or bytes as they are or in base64, compressed in blocks or not.
 
+use base64::prelude::{BASE64_STANDARD, Engine};
 use std::io::Read;
 
-/// Type of the numbers of an array.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Kind {
     pub(super) bytes: usize,
@@ -29,7 +29,6 @@ impl Kind {
         Some(Self { bytes, signed, float })
     }
 
-    /// The number in its bytes.
     fn number(self, bytes: &[u8], big: bool) -> f64 {
         let at = |n: usize| u64::from(bytes[if big { self.bytes - 1 - n } else { n }]);
         let bits = (0..self.bytes).fold(0, |bits, n| bits | at(n) << (8 * n));
@@ -45,7 +44,6 @@ impl Kind {
     }
 }
 
-/// Storage of the bytes of a file.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
     pub(super) big: bool,
@@ -75,7 +73,6 @@ pub(super) enum Data<'a> {
     },
 }
 
-/// An array with its numbers.
 pub(super) struct Array<'a> {
     pub(super) name: String,
     pub(super) components: usize,
@@ -180,27 +177,13 @@ impl Stream<'_> {
 
     /// Decodes four characters to three bytes, or to fewer at the end of a part.
     fn decode_four(&mut self) -> Option<()> {
-        let (mut bits, mut filled) = (0_u32, 0);
-        for _ in 0..4 {
+        let (mut four, mut three) = ([0; 4], [0; 3]);
+        for digit in &mut four {
             let (first, rest) = self.bytes.trim_ascii_start().split_first()?;
-            self.bytes = rest;
-            let value = match first {
-                b'A'..=b'Z' => first - b'A',
-                b'a'..=b'z' => first - b'a' + 26,
-                b'0'..=b'9' => first - b'0' + 52,
-                b'+' => 62,
-                b'/' => 63,
-                b'=' => {
-                    bits <<= 6;
-                    continue;
-                }
-                _ => return None,
-            };
-            bits = bits << 6 | u32::from(value);
-            filled += 1;
+            (*digit, self.bytes) = (*first, rest);
         }
-        let bytes = bits.to_be_bytes();
-        self.left.extend_from_slice(&bytes[1..][..filled * 6 / 8]);
+        let count = BASE64_STANDARD.decode_slice(four, &mut three).ok()?;
+        self.left.extend_from_slice(&three[..count]);
         Some(())
     }
 }

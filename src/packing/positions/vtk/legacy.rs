@@ -4,7 +4,6 @@ use super::array::{Data, Kind};
 use super::{POINTS, Piece};
 use crate::input;
 
-/// The rest of a file, still to be read.
 struct Rest<'a> {
     bytes: &'a [u8],
     text: bool,

@@ -1,75 +1,58 @@
-//! XML files of VTK: polygonal data and unstructured grids. Of XML only tags and their attributes are looked at.
+//! XML files of VTK: polygonal data and unstructured grids.
 
 use super::array::{Compressor, Data, Encoding, Kind};
 use super::{POINTS, Piece};
 use crate::input;
 use crate::packing::positions::MOST;
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
 
-/// A tag: its text without the brackets, and where it ends.
-struct Tag<'a> {
-    text: &'a str,
-    end: usize,
+fn attribute(tag: &BytesStart, name: &str) -> Option<String> {
+    Some(tag.try_get_attribute(name).ok()??.unescape_value().ok()?.into_owned())
 }
 
-impl<'a> Tag<'a> {
-    /// The first tag from a position on.
-    fn next(bytes: &'a [u8], from: usize) -> Option<Self> {
-        let find = |from: usize, byte: u8| Some(from + bytes.get(from..)?.iter().position(|b| *b == byte)?);
-        let mut begin = find(from, b'<')?;
-        while bytes[begin..].starts_with(b"<!--") {
-            begin += bytes[begin..].windows(3).position(|window| window == b"-->")?;
-            begin = find(begin, b'<')?;
-        }
-        let end = find(begin, b'>')?;
-        Some(Self { text: std::str::from_utf8(&bytes[begin + 1..end]).unwrap_or_default(), end: end + 1 })
-    }
-
-    fn name(&self) -> &'a str {
-        self.text.split([' ', '\t', '\r', '\n']).next().unwrap_or_default().trim_end_matches('/')
-    }
-
-    fn attribute(&self, name: &str) -> Option<&'a str> {
-        let mut rest = self.text;
-        loop {
-            let (before, after) = rest.split_once('=')?;
-            let after = after.trim_start();
-            let quote = after.chars().next().filter(|quote| ['"', '\''].contains(quote))?;
-            let (value, behind) = after[1..].split_once(quote)?;
-            if before.trim_end().rsplit(|c: char| c.is_whitespace()).next() == Some(name) {
-                return Some(value);
-            }
-            rest = behind;
-        }
-    }
-}
-
-/// The pieces of a file.
 pub(super) fn pieces(bytes: &[u8]) -> Result<Vec<Piece<'_>>, String> {
     // What is appended may be no text.
     let appended = bytes.windows(13).position(|window| window == b"<AppendedData");
     let (head, appended) = bytes.split_at(appended.unwrap_or(bytes.len()));
-    let appended = Tag::next(appended, 0).and_then(|tag| {
-        let base64 = tag.attribute("encoding").is_none_or(|encoding| encoding == "base64");
-        let data = appended.get(tag.end..)?;
-        let begin = data.iter().position(|byte| *byte == b'_')? + 1;
-        Some((&data[begin..], base64))
-    });
+    let mut reader = Reader::from_reader(appended);
+    let appended = match reader.read_event() {
+        Ok(Event::Start(tag)) => {
+            let base64 = attribute(&tag, "encoding").is_none_or(|encoding| encoding == "base64");
+            let data = &appended[reader.buffer_position() as usize..];
+            data.iter().position(|byte| *byte == b'_').map(|begin| (&data[begin + 1..], base64))
+        }
+        _ => None,
+    };
     let mut encoding = Encoding { big: false, header: 4, compressor: Compressor::None };
     let mut pieces: Vec<Piece<'_>> = Vec::new();
-    let (mut at, mut section, mut open) = (0, "", 0_usize);
-    while let Some(tag) = Tag::next(head, at) {
-        at = tag.end;
-        match tag.name() {
-            "VTKFile" => {
-                let kind = tag.attribute("type").unwrap_or_default();
-                if !["PolyData", "UnstructuredGrid"].contains(&kind) {
-                    let kind = input::word(kind);
+    let (mut section, mut open) = ("", 0_usize);
+    let mut reader = Reader::from_reader(head);
+    loop {
+        let event = reader.read_event().map_err(|error| format!("cannot be read as XML: {error}"))?;
+        let (Event::Start(tag) | Event::Empty(tag)) = &event else {
+            match &event {
+                Event::End(tag) if tag.name().as_ref() == b"Piece" => open = open.saturating_sub(1),
+                Event::End(tag) if [&b"PointData"[..], b"Points"].contains(&tag.name().as_ref()) => {
+                    section = "";
+                }
+                Event::Eof => break,
+                _ => {}
+            }
+            continue;
+        };
+        let attribute = |name: &str| attribute(tag, name);
+        match tag.name().as_ref() {
+            b"VTKFile" => {
+                let kind = attribute("type").unwrap_or_default();
+                if !["PolyData", "UnstructuredGrid"].contains(&&*kind) {
+                    let kind = input::word(&kind);
                     return Err(format!("its type is `{kind}`, but must be PolyData or UnstructuredGrid"));
                 }
                 encoding = Encoding {
-                    big: tag.attribute("byte_order") == Some("BigEndian"),
-                    header: if tag.attribute("header_type") == Some("UInt64") { 8 } else { 4 },
-                    compressor: match tag.attribute("compressor") {
+                    big: attribute("byte_order").is_some_and(|order| order == "BigEndian"),
+                    header: if attribute("header_type").is_some_and(|kind| kind == "UInt64") { 8 } else { 4 },
+                    compressor: match attribute("compressor").as_deref() {
                         None | Some("") => Compressor::None,
                         Some("vtkLZ4DataCompressor") => Compressor::Lz4,
                         Some("vtkZLibDataCompressor") => Compressor::Zlib,
@@ -82,45 +65,45 @@ pub(super) fn pieces(bytes: &[u8]) -> Result<Vec<Piece<'_>>, String> {
                     },
                 };
             }
-            "Piece" => {
-                let count = tag.attribute("NumberOfPoints").unwrap_or("0");
-                let count = count.parse().ok().filter(|count| *count <= MOST);
+            b"Piece" => {
+                let count = attribute("NumberOfPoints").map_or(Some(0), |count| count.parse().ok());
+                let count = count.filter(|count| *count <= MOST);
                 let count = count.ok_or_else(|| format!("a piece has no number of points up to {MOST}"))?;
                 pieces.push(Piece { count, arrays: Vec::new() });
-                open += usize::from(!tag.text.ends_with('/'));
+                open += usize::from(matches!(event, Event::Start(_)));
             }
-            "/Piece" => open = open.saturating_sub(1),
-            "PointData" => section = "PointData",
-            "Points" => section = "Points",
-            "/PointData" | "/Points" => section = "",
-            "DataArray" if !section.is_empty() => {
+            b"PointData" => section = "PointData",
+            b"Points" => section = "Points",
+            b"DataArray" if !section.is_empty() => {
                 let Some(piece) = pieces.last_mut() else {
                     return Err("an array is outside of all pieces".to_owned());
                 };
                 let name = match section {
-                    "Points" => POINTS,
-                    _ => tag.attribute("Name").unwrap_or_default(),
+                    "Points" => POINTS.to_owned(),
+                    _ => attribute("Name").unwrap_or_default(),
                 };
-                let kind = tag.attribute("type").unwrap_or_default();
-                let components = tag.attribute("NumberOfComponents").unwrap_or("1").parse().unwrap_or(0);
-                let Some(kind) = Kind::named(kind) else {
+                let components = attribute("NumberOfComponents");
+                let components = components.map_or(1, |components| components.parse().unwrap_or(0));
+                let Some(kind) = attribute("type").and_then(|kind| Kind::named(&kind)) else {
                     continue;
                 };
+                let at = reader.buffer_position() as usize;
                 let end = head[at..].iter().position(|byte| *byte == b'<').unwrap_or(head.len() - at);
                 let text = &head[at..at + end];
-                let data = match tag.attribute("format") {
+                let data = match attribute("format").as_deref() {
                     Some("appended") => {
-                        let offset = tag.attribute("offset").and_then(|offset| offset.parse::<usize>().ok());
+                        let offset = attribute("offset").and_then(|offset| offset.parse::<usize>().ok());
                         let place = appended.zip(offset);
                         let place = place.and_then(|((data, base64), at)| Some((data.get(at..)?, base64)));
-                        let (bytes, base64) = place
-                            .ok_or_else(|| format!("the array `{}` is not in the file", input::word(name)))?;
+                        let (bytes, base64) = place.ok_or_else(|| {
+                            format!("the array `{}` is not in the file", input::word(&name))
+                        })?;
                         Data::Encoded { bytes, base64, encoding }
                     }
                     Some("binary") => Data::Encoded { bytes: text, base64: true, encoding },
                     _ => Data::Text(text),
                 };
-                piece.add(name, components, kind, data);
+                piece.add(&name, components, kind, data);
             }
             _ => {}
         }
