@@ -20,7 +20,7 @@ pub use {
     slice::{Slice, write_slice},
     snapshot::{Scale, Snapshot},
     turbid_plot::{Colours, Figure, Format, Image, KINDS, film, round_up},
-    view::{Bodies, Chains, Scene, write_view},
+    view::{Chains, Scene, write_view},
 };
 
 /// Writes a figure; the file appears whole.

@@ -11,7 +11,7 @@ use turbid::dem::ContactState;
 use turbid::domain::{Block, Domain};
 use turbid::math::{Quat, Vec3};
 use turbid::output::picture::{
-    Bodies, Chains, Colours, Plane, Scale, Scene, SettlingPlot, Slice, Snapshot, write_settling, write_slice,
+    Chains, Colours, Plane, Scale, Scene, SettlingPlot, Slice, Snapshot, write_settling, write_slice,
     write_view,
 };
 use turbid::output::{
@@ -161,7 +161,7 @@ fn write_run(root: &Path) {
         };
         let (plane, scale) = (Plane::new(&DOMAIN, -Vec3::z(), None), speed_scale(0.1));
         let values = slice(&plane, DOMAIN.cells, &fields.velocity);
-        let slice = Slice { plane, values: &values, scale: &scale };
+        let slice = Slice { plane, values, scale };
         write_slice(&directory::PICTURES.named_file(root, "speed", step), &snapshot, &slice).unwrap();
     }
 
@@ -380,17 +380,17 @@ fn write_tank(root: &Path) {
     };
     let (plane, scale) = (Plane::new(&TANK, -Vec3::z(), None), speed_scale(0.03));
     let values = slice(&plane, TANK.cells, &velocity);
-    let slice = Slice { plane, values: &values, scale: &scale };
+    let slice = Slice { plane, values, scale };
     write_slice(&directory::PICTURES.named_file(root, "speed", 100), &snapshot, &slice).unwrap();
     let force = Scale { label: "force", unit: "N", range: (0.0, 2e-3), colours: Colours::Warm };
-    let colours = vec![[220; 3]; particles.len()];
     let scene = Scene {
         from: None,
         zoom: 1.0,
         size: [1200, 900],
-        bodies: Bodies::Colours(&colours),
+        bodies: vec![[220; 3]; particles.len()],
+        scale: None,
         slice: Some(slice),
-        chains: Some(Chains { contacts: &touching, scale: &force }),
+        chains: Some(Chains { contacts: &touching, scale: force }),
         threads: 2,
     };
     write_view(&directory::PICTURES.named_file(root, "view", 100), &snapshot, &scene).unwrap();

@@ -16,14 +16,14 @@ use turbid_plot::{Image, WALL};
 const SMALLEST_OUTLINE: f32 = 5.0;
 
 /// A slice of a flow.
-#[derive(Clone, Copy, Debug)]
-pub struct Slice<'a> {
+#[derive(Clone, Debug)]
+pub struct Slice {
     /// Its position.
     pub plane: Plane,
     /// The values at its points, in the order of [`Plane::add`].
-    pub values: &'a [f32],
+    pub values: Vec<f32>,
     /// Their colours.
-    pub scale: &'a Scale,
+    pub scale: Scale,
 }
 
 /// Draws a slice with lengths in reference diameters. Of the particles those are enough that the plane [cuts](Plane::cuts). Panics if there are not [as many values](Plane::values) as the plane has points.
@@ -33,11 +33,11 @@ pub fn write_slice(path: &Path, snapshot: &Snapshot, slice: &Slice) -> Result<()
     draw_walls(&mut image, snapshot, &slice.plane);
     let plane = &slice.plane;
     let caption = format!("{} = {:.2} D", AXES[plane.normal], plane.height() / snapshot.diameter);
-    let figure = snapshot.figure(plane, image, &caption, slice.scale);
+    let figure = snapshot.figure(plane, image, &caption, &slice.scale);
     write_figure(path, &figure, Format::Png)
 }
 
-impl Slice<'_> {
+impl Slice {
     /// The flow in its colours, and the walls.
     pub(super) fn image(&self, snapshot: &Snapshot) -> Image {
         let mut image = self.flow(snapshot);
@@ -48,7 +48,7 @@ impl Slice<'_> {
     fn flow(&self, snapshot: &Snapshot) -> Image {
         debug_assert_eq!(self.plane.domain, snapshot.domain);
         let (pixels, _) = self.plane.page();
-        let values = self.plane.pixels(self.values, pixels);
+        let values = self.plane.pixels(&self.values, pixels);
         let colours: Vec<[u8; 3]> = values.iter().map(|&value| self.scale.colour(f64::from(value))).collect();
         Image::new(pixels.0, pixels.1, &colours)
     }
@@ -138,7 +138,7 @@ mod tests {
             walls,
         };
         let (values, plane) = (values(), Plane::new(&BOX, gravity, None));
-        let mut image = Slice { plane, values: &values, scale: &SPEED }.flow(&snapshot);
+        let mut image = Slice { plane, values, scale: SPEED }.flow(&snapshot);
         draw_particles(&mut image, &snapshot, &plane);
         draw_walls(&mut image, &snapshot, &plane);
         image
@@ -220,7 +220,7 @@ mod tests {
             };
             let plane = Plane::new(&domain, Vec3::zeros(), None);
             let values = vec![0.0; plane.values()];
-            let image = Slice { plane, values: &values, scale: &SPEED }.image(&snapshot);
+            let image = Slice { plane, values, scale: SPEED }.image(&snapshot);
             assert_eq!(image.colour(0, 0), SPEED.colour(0.0));
             let page = snapshot.figure(&plane, image, "", &SPEED).image();
             assert!(page.height() >= 900 && page.width() < 2600);

@@ -31,7 +31,6 @@ pub struct Snapshot<'a> {
 }
 
 impl Snapshot<'_> {
-    /// The time as text.
     pub(super) fn time_text(&self) -> String {
         match self.stokes_time {
             Some(unit) => format!("t* = {:.1}", self.time / unit),
@@ -132,7 +131,6 @@ impl Plane {
     }
 }
 
-/// Names of the axes.
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 /// Height of a picture in pixels unless it is very wide, and its largest width.
 const HEIGHT: f64 = 1000.0;
@@ -153,7 +151,7 @@ pub struct Scale {
 
 impl Scale {
     /// The colour of a value.
-    pub(super) fn colour(&self, value: f64) -> [u8; 3] {
+    pub fn colour(&self, value: f64) -> [u8; 3] {
         self.colours.of(value, self.range)
     }
 

@@ -16,7 +16,7 @@ use std::path::Path;
 use turbid_plot::{Item, Mesh, Paint, Triangle, View};
 
 /// Contents of a view besides the box.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Scene<'a> {
     /// Direction from the middle of the box to the eye, not zero; by default from the right and above.
     pub from: Option<Vec3>,
@@ -24,32 +24,25 @@ pub struct Scene<'a> {
     pub zoom: f64,
     /// Width and height of the page (pixels).
     pub size: [u32; 2],
-    /// The particles.
-    pub bodies: Bodies<'a>,
+    /// A colour for each of the particles.
+    pub bodies: Vec<[u8; 3]>,
+    /// Values that these colours mean, if they mean any.
+    pub scale: Option<Scale>,
     /// A slice, before the part of the box behind it with the particles there, and those that it cuts.
-    pub slice: Option<Slice<'a>>,
+    pub slice: Option<Slice>,
     /// Contacts, as lines.
     pub chains: Option<Chains<'a>>,
     /// Threads that draw; the picture does not depend on them.
     pub threads: usize,
 }
 
-/// Colours of particles.
-#[derive(Clone, Copy, Debug)]
-pub enum Bodies<'a> {
-    /// A colour for each of them.
-    Colours(&'a [[u8; 3]]),
-    /// A value for each of them.
-    Values(&'a [f64], &'a Scale),
-}
-
 /// Contacts, drawn as lines from the centres of the particles to the points of contact.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Chains<'a> {
     /// The contacts.
     pub contacts: &'a [ContactState],
     /// Colours of their forces (N), the width of a line being that of the root of its force.
-    pub scale: &'a Scale,
+    pub scale: Scale,
 }
 
 /// Default direction to the eye: to the right, upwards, and to the front.
@@ -73,7 +66,7 @@ const SCALE: f64 = 0.2;
 /// Draws a view of the box.
 ///
 /// Periodic particles are drawn once, whole, where their centre is in the box. Walls that are seen from behind are left out. Panics
-/// unless the colours or values of the bodies are one for each particle.
+/// unless there is one colour for each particle.
 pub fn write_view(path: &Path, snapshot: &Snapshot, scene: &Scene) -> Result<()> {
     write_figure(path, &view(snapshot, scene).figure(), Format::Png)
 }
@@ -106,9 +99,7 @@ fn view(snapshot: &Snapshot, scene: &Scene) -> View {
     for wall in snapshot.walls {
         add_wall(&mut view, &wall.surface_at(snapshot.time), edges);
     }
-    if let Bodies::Values(_, scale) = scene.bodies {
-        view.bars.push(scale.bar());
-    }
+    view.bars.extend(scene.scale.as_ref().map(Scale::bar));
     if let Some(slice) = &scene.slice {
         add_slice(&mut view, slice, snapshot);
         let bar = slice.scale.bar();
@@ -138,21 +129,13 @@ fn add_bodies(view: &mut View, snapshot: &Snapshot, scene: &Scene, from: Vec3) {
         view.meshes.push(mesh(shape, fits.map_or(FINEST, |(_, refinement)| *refinement)));
         view.meshes.push(mesh(shape, SHADING));
     }
-    let count = snapshot.particles.len();
-    match scene.bodies {
-        Bodies::Colours(colours) => assert_eq!(colours.len(), count, "one colour for each particle"),
-        Bodies::Values(values, _) => assert_eq!(values.len(), count, "one value for each particle"),
-    }
-    for (i, particle) in snapshot.particles.iter().enumerate() {
+    assert_eq!(scene.bodies.len(), snapshot.particles.len(), "one colour for each particle");
+    for (particle, &colour) in snapshot.particles.iter().zip(&scene.bodies) {
         let (at, turn) = (snapshot.domain.wrap(particle.position()), particle.orientation());
         let template = &snapshot.templates[particle.template as usize];
         if scene.slice.as_ref().is_some_and(|slice| is_before(&slice.plane, from, template, (at, turn))) {
             continue;
         }
-        let colour = match scene.bodies {
-            Bodies::Colours(colours) => colours[i],
-            Bodies::Values(values, scale) => scale.colour(values[i]),
-        };
         let mesh = 2 * particle.template as usize;
         view.items.push(Item {
             mesh,

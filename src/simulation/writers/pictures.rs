@@ -8,7 +8,7 @@ use crate::math::Vec3;
 use crate::output::Numbered;
 use crate::output::directory::PICTURES;
 use crate::output::picture::{
-    Bodies, Chains, Colours, KINDS, Plane, Scale, Scene, Slice, Snapshot, round_up, write_slice, write_view,
+    Chains, Colours, KINDS, Plane, Scale, Scene, Slice, Snapshot, round_up, write_slice, write_view,
 };
 use crate::particle::Particle;
 use crate::simulation::observe::PICTURES as PICTURES_STAGE;
@@ -28,7 +28,6 @@ const PALE: [u8; 3] = [240, 238, 234];
 /// Values of the flow and of motion that a picture shows are rounding below this (SI units). Without a contact, its force is zero.
 const LEAST: f64 = 1e-12;
 
-/// Writes the slices and views of a run.
 pub(super) struct Pictures<'a> {
     setup: &'a Setup,
     planes: Vec<Plane>,
@@ -72,8 +71,7 @@ impl<'a> Pictures<'a> {
         Scale { label: measure.label, unit: measure.unit, range: (range[0], range[1]), colours }
     }
 
-    /// Values and colours of a slice.
-    fn slice(&mut self, plan: &SlicePlan, output: &RootOutput) -> Option<(Plane, Vec<f32>, Scale)> {
+    fn slice(&mut self, plan: &SlicePlan, output: &RootOutput) -> Option<Slice> {
         let plane = Plane::new(&self.setup.domain, self.setup.gravity, plan.cut);
         let flow = output.slices.get(self.planes.iter().position(|other| *other == plane)?)?;
         let of = |value: fn(&[f32; 4]) -> f32| flow.iter().map(value).collect();
@@ -87,19 +85,19 @@ impl<'a> Pictures<'a> {
         };
         let largest = || f64::from(values.iter().fold(0.0, |most: f32, value| most.max(value.abs())));
         let scale = self.scale(&Measure::of_flow(plan.quantity), plan.range, largest);
-        Some((plane, values, scale))
+        Some(Slice { plane, values, scale })
     }
 
-    /// Colours of all particles.
-    fn bodies(&mut self, plan: &ViewPlan, particles: &[Particle]) -> Coloured {
+    /// Colours of all particles, and values that they mean.
+    fn bodies(&mut self, plan: &ViewPlan, particles: &[Particle]) -> (Vec<[u8; 3]>, Option<Scale>) {
         let speed = Measure { label: "speed of particles", ..Measure::of_flow(Quantity::Speed) };
         let (measure, value): (Measure, fn(&Particle) -> f64) = match plan.colour {
             BodyColour::Plain => {
-                return Coloured::Colours(vec![if plan.chains { PALE } else { PLAIN }; particles.len()]);
+                return (vec![if plan.chains { PALE } else { PLAIN }; particles.len()], None);
             }
             BodyColour::Kind => {
                 let kind = |p: &Particle| KINDS[self.setup.sections[p.template as usize] % KINDS.len()];
-                return Coloured::Colours(particles.iter().map(kind).collect());
+                return (particles.iter().map(kind).collect(), None);
             }
             BodyColour::Speed => (speed, |p| p.velocity().norm()),
             BodyColour::VelocityX => (Measure::of_flow(Quantity::VelocityX), |p| p.velocity[0]),
@@ -111,14 +109,8 @@ impl<'a> Pictures<'a> {
         let values: Vec<f64> = particles.iter().map(value).collect();
         let largest = || values.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
         let scale = self.scale(&Measure { colours: Colours::Warm, ..measure }, plan.range, largest);
-        Coloured::Values(values, scale)
+        (values.iter().map(|&value| scale.colour(value)).collect(), Some(scale))
     }
-}
-
-/// Colours of particles, or values that stand for them.
-enum Coloured {
-    Colours(Vec<[u8; 3]>),
-    Values(Vec<f64>, Scale),
 }
 
 impl Writer for Pictures<'_> {
@@ -165,31 +157,27 @@ impl Writer for Pictures<'_> {
         for plan in self.plans() {
             let path = PICTURES.named_file(&setup.plan.output.directory, &plan.name, output.step);
             let slice = plan.slice.as_ref().and_then(|slice| self.slice(slice, output));
-            let slice = slice.as_ref().map(|(plane, values, scale)| Slice { plane: *plane, values, scale });
             let Some(view) = &plan.view else {
                 if let Some(slice) = &slice {
                     write_slice(&path, &snapshot, slice)?;
                 }
                 continue;
             };
-            let bodies = self.bodies(view, &output.selected);
+            let (bodies, scale) = self.bodies(view, &output.selected);
             let chains = view.chains.then(|| {
-                let force = |most: f64, contact: &crate::dem::ContactState| {
-                    most.max(Vec3::from(contact.force).norm())
-                };
-                let seen = || output.contacts.iter().fold(0.0, force);
-                self.scale(&FORCE, view.force_range.map(|top| [0.0, top]), seen)
+                let contacts = output.contacts;
+                let forces = contacts.iter().map(|contact| Vec3::from(contact.force).norm());
+                let range = view.force_range.map(|top| [0.0, top]);
+                Chains { contacts, scale: self.scale(&FORCE, range, || forces.fold(0.0, f64::max)) }
             });
             let scene = Scene {
                 from: view.from,
                 zoom: view.zoom,
                 size: view.size,
-                bodies: match &bodies {
-                    Coloured::Colours(colours) => Bodies::Colours(colours),
-                    Coloured::Values(values, scale) => Bodies::Values(values, scale),
-                },
+                bodies,
+                scale,
                 slice,
-                chains: chains.as_ref().map(|scale| Chains { contacts: output.contacts, scale }),
+                chains,
                 threads: threads_and_cores(self.setup)[0],
             };
             write_view(&path, &snapshot, &scene)?;
@@ -344,7 +332,7 @@ mod tests {
     fn shown(pictures: &mut Pictures, seen: f32) -> (f64, f64) {
         let slices = [vec![[0.0, seen, 0.0, 0.0]; pictures.planes[0].values()]];
         let plan = pictures.plans()[0].slice.clone().unwrap();
-        pictures.slice(&plan, &output(&slices)).unwrap().2.range
+        pictures.slice(&plan, &output(&slices)).unwrap().scale.range
     }
 
     fn output(slices: &[Vec<[f32; 4]>]) -> RootOutput<'_> {

@@ -34,8 +34,13 @@ fn snapshot<'a>(templates: &'a [Template], particles: &'a [Particle]) -> Snapsho
     }
 }
 
-fn scene(bodies: Bodies<'_>) -> Scene<'_> {
-    Scene { from: None, zoom: 1.0, size: [500, 400], bodies, slice: None, chains: None, threads: 1 }
+fn scene<'a>(bodies: Vec<[u8; 3]>, scale: Option<Scale>) -> Scene<'a> {
+    Scene { from: None, zoom: 1.0, size: [500, 400], bodies, scale, slice: None, chains: None, threads: 1 }
+}
+
+/// Particles with these speeds.
+fn coloured<'a>(speeds: &[f64]) -> Scene<'a> {
+    scene(speeds.iter().map(|&speed| SPEED.colour(speed)).collect(), Some(SPEED))
 }
 
 #[test]
@@ -65,7 +70,7 @@ fn a_body_covers_the_pixels_whose_lines_of_sight_hit_it() {
         let turn = Quat::from_euler_angles(0.3, 0.8, -0.4);
         particle.set_orientation(&turn);
         let particles = [particle];
-        let view = view(&snapshot(&template, &particles), &scene(Bodies::Colours(&[[200, 40, 40]])));
+        let view = view(&snapshot(&template, &particles), &scene(vec![[200, 40, 40]], None));
         let image = view.figure().image();
         let is_red = |x: u32, y: u32| {
             let [r, g, _] = image.colour(x, y);
@@ -113,13 +118,10 @@ fn what_lies_between_a_slice_and_the_eye_is_left_out_and_what_the_slice_cuts_is_
         [0.2, 0.45, 0.55, 0.8].iter().map(|&y| Particle::at(0, 0, Vec3::new(0.5, y, 0.5))).collect();
     let plane = Plane::new(&BOX, -Vec3::z(), None);
     let values = vec![0.5; plane.values()];
-    let slice = Some(Slice { plane, values: &values, scale: &SPEED });
+    let slice = Some(Slice { plane, values, scale: SPEED });
     for (from, expected) in [(-1.0, [0.45, 0.55, 0.8]), (1.0, [0.2, 0.45, 0.55])] {
-        let scene = Scene {
-            from: Some(Vec3::new(0.3, from, 0.2)),
-            slice,
-            ..scene(Bodies::Values(&[0.1; 4], &SPEED))
-        };
+        let scene =
+            Scene { from: Some(Vec3::new(0.3, from, 0.2)), slice: slice.clone(), ..coloured(&[0.1; 4]) };
         let view = view(&snapshot(&templates, &particles), &scene);
         let bodies = view.items.iter().filter(|item| item.shade.is_some());
         let seen: Vec<f32> = bodies.map(|item| item.at[1]).collect();
@@ -145,8 +147,8 @@ fn the_lines_of_a_contact_meet_at_its_point_and_faint_forces_are_left_out() {
     };
     let scale = Scale { label: "force", unit: "N", range: (0.0, 1.0), colours: Colours::Warm };
     let contacts = [contact(0.5), contact(0.01)];
-    let chains = Some(Chains { contacts: &contacts, scale: &scale });
-    let scene = Scene { chains, ..scene(Bodies::Colours(&[[200; 3]; 2])) };
+    let chains = Some(Chains { contacts: &contacts, scale });
+    let scene = Scene { chains, ..scene(vec![[200; 3]; 2], None) };
     let view = view(&snapshot(&templates, &particles), &scene);
     let ends: Vec<[f32; 2]> =
         view.seen_through.iter().map(|item| [item.at[0], item.at[0] + item.axes[2][0]]).collect();
@@ -178,7 +180,7 @@ fn time_of_a_picture() {
         let particles: Vec<Particle> = (0..2000).map(at).collect();
         let speeds: Vec<f64> = particles.iter().map(|p| p.position().z).collect();
         for threads in [1, 2] {
-            let scene = Scene { size: [1200, 900], threads, ..scene(Bodies::Values(&speeds, &SPEED)) };
+            let scene = Scene { size: [1200, 900], threads, ..coloured(&speeds) };
             let start = std::time::Instant::now();
             let bytes = view(&snapshot(&templates, &particles), &scene).figure().encode(Format::Png);
             let (seconds, size) = (start.elapsed().as_secs_f64(), bytes.len() / 1000);
