@@ -40,7 +40,6 @@ const CASE_FILE: &str = "case.toml";
 /// Folder of the files that the case names.
 const FILES: &str = "files";
 
-/// Name of such a file.
 fn kept_file(n: usize) -> String {
     format!("{FILES}/{n:05}")
 }

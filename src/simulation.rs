@@ -124,11 +124,9 @@ pub struct Simulation {
     /// Step of the last checkpoint that was written or read.
     checkpoint: Option<u64>,
     external: Option<ExternalLoad>,
-    /// True if the caller moves the particles.
     caller_moves: bool,
     /// A step, and the states before it of particles that a caller sets after it.
     before: Option<(u64, Vec<Particle>)>,
-    /// True if there are contacts.
     contacts: bool,
     templates: Arc<[Template]>,
     domain: Domain,

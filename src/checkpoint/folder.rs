@@ -20,7 +20,6 @@ const PARTIAL: &str = ".partial";
 const REPLACED: &str = ".replaced";
 const WHOLE: &str = "";
 
-/// Name of the checkpoint of a step.
 pub(super) fn name(step: u64) -> String {
     format!("step-{step:010}")
 }
@@ -53,7 +52,6 @@ pub fn clear(directory: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Removes partial checkpoints.
 pub(super) fn clear_partial(directory: &Path) -> Result<()> {
     let entries = entries(directory)?;
     entries.iter().filter(|(_, suffix)| *suffix == PARTIAL).try_for_each(|(found, _)| remove(&found.path))

@@ -9,7 +9,6 @@ const FORMAT: u64 = 9;
 /// Begins the last line, which is a comment for TOML.
 const SEAL: &str = "# xxh3 of all lines above: ";
 
-/// The manifest of a checkpoint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Manifest {
@@ -18,7 +17,6 @@ pub(super) struct Manifest {
     pub(super) step: u64,
     pub(super) cells: [usize; 3],
     pub(super) bytes_per_cell: usize,
-    /// Number of ranks that wrote it.
     pub(super) ranks: usize,
     /// Name of the case.
     pub(super) case: String,
@@ -67,7 +65,6 @@ impl Manifest {
         format!("{text}{SEAL}{seal}\n")
     }
 
-    /// Parses the text, or returns its defect.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, String> {
         const DAMAGED: &str = "manifest.toml is damaged";
         let text = std::str::from_utf8(bytes).map_err(|_| DAMAGED)?;

@@ -20,12 +20,10 @@ use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 /// Begins every part; the last byte is the version.
 const MAGIC: [u8; 8] = *b"turbidP\x01";
 
-/// Number of sections.
 const SECTIONS: usize = 3;
 pub(super) const ENGINE: usize = 0;
 pub(super) const COUPLING: usize = 1;
 pub(super) const SHARED: usize = 2;
-/// Names of the sections in messages.
 const SECTION_NAMES: [&str; SECTIONS] = ["state of the engine", "state of the coupling", "common state"];
 
 /// Length of the checksum of a plane (bytes).
@@ -58,7 +56,6 @@ pub(super) struct PartHead {
 /// End of [`PartHead::checksum`].
 const UNCHECKED: usize = 16;
 
-/// Name of the file of a rank.
 pub(super) fn file_name(rank: usize) -> String {
     format!("part-{rank:05}.bin")
 }
@@ -117,7 +114,6 @@ impl PartHead {
         (self.step, self.cells, self.bytes_per_cell) == of
     }
 
-    /// The cells of the rank.
     pub(super) fn block(&self) -> Block {
         Block { lo: self.lo.map(|i| i as usize), hi: self.hi.map(|i| i as usize) }
     }
@@ -140,7 +136,6 @@ impl PartHead {
         record.saturating_mul(u128::from(z - self.lo[2])).saturating_add(self.section_start(SECTIONS))
     }
 
-    /// Bytes of the file.
     pub(super) fn file_length(&self) -> u128 {
         self.plane_start(self.hi[2])
     }
@@ -149,7 +144,6 @@ impl PartHead {
         xxh3_64_with_seed(bytes, self.checksum.wrapping_add(z))
     }
 
-    /// A section, or its defect.
     pub(super) fn read_section(&self, file: &mut File, section: usize) -> Result<Vec<u8>, String> {
         let name = SECTION_NAMES[section];
         let Section { length, checksum } = self.sections[section];

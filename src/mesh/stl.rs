@@ -12,7 +12,6 @@ const REMEDY: &str = "export the mesh again as STL, text or binary";
 const HEAD: usize = 84;
 const FACET: usize = 50;
 
-/// The facets of a file, or its defect.
 pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     let count = bytes.get(80..HEAD).map(le_u32);
     let length = count.map(|count| HEAD as u64 + FACET as u64 * u64::from(count));

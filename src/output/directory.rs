@@ -58,7 +58,6 @@ const SCRIPT: &str = "open.py";
 const RUN: &str = "run.id";
 /// Most bytes of it.
 const RUN_BYTES: u64 = 64;
-/// Logs of external engines.
 const LOGS: [&str; 2] = ["liggghts.log", "process.log"];
 /// Cells of the fluid.
 pub const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
@@ -141,7 +140,6 @@ fn top(more: &[Kind]) -> Vec<String> {
     TOP.into_iter().chain(tables).map(str::to_owned).chain(collections).collect()
 }
 
-/// The folders of such a run.
 fn folders(more: &[Kind]) -> impl Iterator<Item = &'static str> {
     numbered(more).map(|kind| kind.folder).chain([checkpoint::FOLDER])
 }
@@ -285,7 +283,7 @@ pub fn prepare(directory: &Path, more: &[Kind]) -> Result<()> {
 /// Refuses, by name and with the ways out, a directory with results of an earlier run, which [`clear`] would remove.
 pub fn refuse_results(directory: &Path, more: &[Kind]) -> Result<()> {
     let mut files = own::all(directory, more).map_err(|source| refused(directory, &source))?;
-    files.retain(own::Own::is_whole_file);
+    files.retain(|own| !own.partial && !own.folder);
     // A folder that cannot be read is found by [`prepare`].
     let saved = checkpoint::list(&directory.join(checkpoint::FOLDER)).unwrap_or_default();
     let mut there = Vec::new();

@@ -92,7 +92,6 @@ impl PolyData {
         self.vertices.add([point]);
     }
 
-    /// Adds a line through points.
     pub(super) fn line(&mut self, points: impl IntoIterator<Item = u64>) {
         self.lines.add(points);
     }
@@ -109,13 +108,11 @@ impl PolyData {
         self.units.push(unit.to_owned());
     }
 
-    /// The field data.
     fn units(&self) -> String {
         let names = self.arrays.iter().map(|array| &*array.name);
         units::field_data("", names.zip(self.units.iter().map(String::as_str)))
     }
 
-    /// Numbers of all points.
     pub(super) fn scalars(&mut self, head: &str, values: impl IntoIterator<Item = f64>) {
         self.array(head, DataArray::scalars("", 1), self.buffer(values));
     }
@@ -133,7 +130,6 @@ impl PolyData {
         self.array(head, DataArray::scalars("", 1), IOBuffer::from(values));
     }
 
-    /// Vectors of all points.
     pub(super) fn vectors(&mut self, head: &str, values: impl IntoIterator<Item = Vec3>) {
         let values = self.buffer(values.into_iter().flat_map(<[f64; 3]>::from));
         self.array(head, DataArray::vectors(""), values);
@@ -203,7 +199,6 @@ impl PolyData {
     }
 }
 
-/// VTK's name of the type of an array.
 fn type_name(data: &IOBuffer) -> &'static str {
     match data.scalar_type() {
         ScalarType::F64 => "Float64",

@@ -41,8 +41,9 @@ impl Collection {
     /// Files below the directory of the collection are named relative to it, so the directory can be moved.
     pub fn add(&mut self, time: f64, file: &Path) -> Result<()> {
         let base = self.path.parent().unwrap_or(Path::new(""));
-        let relative = file.strip_prefix(base).unwrap_or(file);
-        self.entries.push((time, escape(&relative.to_string_lossy())));
+        let file = file.strip_prefix(base).unwrap_or(file).to_string_lossy();
+        let escaped = file.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+        self.entries.push((time, escaped.replace('"', "&quot;")));
         write_bytes(&self.path, self.text().as_bytes())
     }
 
@@ -58,10 +59,6 @@ impl Collection {
         text.push_str("</Collection>\n</VTKFile>\n");
         text
     }
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

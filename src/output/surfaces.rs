@@ -107,19 +107,16 @@ impl ParticleSurfaces {
             }
         }
 
-        let count = |particle: &Particle| of(particle).points.len();
-        data.scalars("speed (m/s)", each(particles, &count, |p| p.velocity().norm()));
-        data.integers("id", each(particles, &count, |p| p.id).collect());
-        data.integers(
-            "kind",
-            each(particles, &count, |p| self.sections[p.template as usize] as u32).collect(),
-        );
-        let diameter = |p: &Particle| self.diameters[p.template as usize];
-        data.scalars("equivalent_diameter (m)", each(particles, &count, diameter));
-        data.vectors("velocity (m/s)", each(particles, &count, Particle::velocity));
-        data.vectors("angular_velocity (1/s)", each(particles, &count, Particle::angular_velocity));
+        // Every point of a particle has its values.
+        let all = || particles.iter().flat_map(move |p| std::iter::repeat_n(p, of(p).points.len()));
+        data.scalars("speed (m/s)", all().map(|p| p.velocity().norm()));
+        data.integers("id", all().map(|p| p.id).collect());
+        data.integers("kind", all().map(|p| self.sections[p.template as usize] as u32).collect());
+        data.scalars("equivalent_diameter (m)", all().map(|p| self.diameters[p.template as usize]));
+        data.vectors("velocity (m/s)", all().map(Particle::velocity));
+        data.vectors("angular_velocity (1/s)", all().map(Particle::angular_velocity));
         if forces {
-            data.vectors("contact_force (N)", each(particles, &count, |p| Vec3::from(p.contact_force)));
+            data.vectors("contact_force (N)", all().map(|p| p.contact_force.into()));
         }
         if let Some(normals) = &self.normals {
             data.normals(particles.iter().flat_map(|p| {
@@ -129,15 +126,6 @@ impl ParticleSurfaces {
         }
         data
     }
-}
-
-/// One value per particle, repeated for each of its `count` points.
-fn each<'a, V: Clone + 'a>(
-    particles: &'a [Particle],
-    count: &'a impl Fn(&Particle) -> usize,
-    value: impl Fn(&Particle) -> V + 'a,
-) -> impl Iterator<Item = V> + 'a {
-    (particles.iter()).flat_map(move |p| std::iter::repeat_n(value(p), count(p)))
 }
 
 /// Returns true if the surface has no edges, as far as the mesh shows.

@@ -123,7 +123,7 @@ impl Branch {
             },
         )?;
         // Placed at random they are known by their number alone.
-        let (then, now) = (simulation.counts(), simulation.counts.start());
+        let (then, now) = (simulation.counts(), &simulation.counts.start[..]);
         if then != now {
             let what = format!("the particles of each kind were {then:?} and would be {now:?}");
             return Err(Error::Agreed { code: 2, text: cannot_continue(&what).to_string() });

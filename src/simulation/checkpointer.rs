@@ -36,16 +36,13 @@ impl Shared {
     }
 }
 
-/// Requests to a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Requests {
     /// To write a checkpoint and end.
     pub(super) stop: bool,
-    /// To write a checkpoint.
     pub(super) checkpoint: bool,
 }
 
-/// Writes the checkpoints of a run.
 pub(super) struct Checkpointer<'a> {
     setup: &'a Setup,
     folder: PathBuf,
@@ -54,7 +51,6 @@ pub(super) struct Checkpointer<'a> {
     safe: Instant,
     /// Time to write one (s), once one has been written.
     write_seconds: Option<f64>,
-    /// Id of the run, if it has one.
     pub(super) run: Option<String>,
     /// Bytes of the populations of all ranks.
     bytes: f64,
@@ -64,7 +60,6 @@ pub(super) struct Checkpointer<'a> {
 }
 
 impl<'a> Checkpointer<'a> {
-    /// For a run that has begun at `start`.
     pub(super) fn new(setup: &'a Setup, simulation: &Simulation, start: Instant) -> Self {
         Self {
             folder: OutputFiles::new(&setup.plan.output.directory).checkpoints(),

@@ -1,19 +1,11 @@
 //! The engine that a case asks for.
 
 use crate::case::Setup;
-#[cfg(feature = "liggghts")]
-use crate::comm;
 use crate::comm::Comm;
 use crate::dem::{DemEngine, Native, NativeParams};
 use crate::domain::Decomposition;
 use crate::engine::EngineChoice;
-#[cfg(feature = "liggghts")]
-use crate::engine::liggghts::{Liggghts, LiggghtsParams};
 use crate::engine::process::{External, ExternalParams};
-#[cfg(feature = "liggghts")]
-use crate::engine::{LiggghtsOptions, LiggghtsProcess};
-#[cfg(feature = "liggghts")]
-use crate::error::Error;
 use crate::error::Result;
 use crate::memory;
 use std::path::PathBuf;
@@ -59,6 +51,7 @@ pub(super) fn engine(
     match &setup.engine {
         #[cfg(feature = "liggghts")]
         EngineChoice::Liggghts(options) => {
+            use crate::engine::liggghts::{Liggghts, LiggghtsParams};
             refuse_in_a_job(options)?;
             let params = LiggghtsParams {
                 contact: setup.contact.clone(),
@@ -70,8 +63,7 @@ pub(super) fn engine(
                 stop: Arc::clone(&context.stop),
                 ..options.params()?
             };
-            let engine = Liggghts::new(params, decomposition, comm, templates, &setup.particles)?;
-            Ok(Box::new(engine))
+            Ok(Box::new(Liggghts::new(params, decomposition, comm, templates, &setup.particles)?))
         }
         #[cfg(not(feature = "liggghts"))]
         EngineChoice::Liggghts(_) => unreachable!("refused above"),
@@ -95,20 +87,19 @@ pub(super) fn engine(
                 substeps: setup.substeps,
                 motions: setup.motions.clone(),
             };
-            let engine = Native::new(params, decomposition, comm.rank(), templates, &setup.particles)?;
-            Ok(Box::new(engine))
+            Ok(Box::new(Native::new(params, decomposition, comm.rank(), templates, &setup.particles)?))
         }
     }
 }
 
 /// LIGGGHTS in a process of turbid takes all processes of an MPI job, and waits until they call it; one alone does.
 #[cfg(feature = "liggghts")]
-fn refuse_in_a_job(options: &LiggghtsOptions) -> Result<()> {
-    let processes = comm::launched().map_or(1, |launched| launched.size);
-    if processes < 2 || options.process != LiggghtsProcess::Own {
+fn refuse_in_a_job(options: &crate::engine::LiggghtsOptions) -> Result<()> {
+    let processes = crate::comm::launched().map_or(1, |launched| launched.size);
+    if processes < 2 || options.process != crate::engine::LiggghtsProcess::Own {
         return Ok(());
     }
-    Err(Error::Input(format!(
+    Err(crate::Error::Input(format!(
         "`dem.liggghts.process` is \"own\", and {processes} processes of turbid were launched: inside of one of them LIGGGHTS \
          would wait for the others for ever; set `dem.liggghts.process = \"worker\"`, or start one process with --threads \
          {processes}"

@@ -36,10 +36,8 @@ pub use sums::{Sums, Totals};
 /// Name of the writer whose time is a stage of its own.
 pub(super) const PICTURES: &str = "pictures";
 
-/// All writers of a run.
 pub(super) type Writers<'a> = Vec<Box<dyn Writer + 'a>>;
 
-/// Gathers and writes what the writers want.
 pub(super) struct Observer<'a> {
     setup: &'a Setup,
     decomposition: &'a Decomposition,
@@ -89,7 +87,6 @@ impl ObserverState {
     }
 }
 
-/// The files of writers.
 pub(super) fn kinds(writers: &[Box<dyn Writer + '_>]) -> Vec<Kind> {
     let of_each = writers
         .iter()
@@ -98,7 +95,6 @@ pub(super) fn kinds(writers: &[Box<dyn Writer + '_>]) -> Vec<Kind> {
 }
 
 impl<'a> Observer<'a> {
-    /// Of a run that begins after `first` steps.
     pub(super) fn new(
         setup: &'a Setup,
         decomposition: &'a Decomposition,

@@ -12,7 +12,7 @@ use crate::particle::Particle;
 /// Particles of all ranks by template, the same on every rank.
 pub(super) struct Counts {
     /// At the start, and now.
-    start: Vec<i64>,
+    pub(super) start: Vec<i64>,
     now: Vec<i64>,
     /// Of all particles of the start, and of a particle of each template: weight less buoyancy (N), in the directions in which forces move
     /// it, and volume (m^3).
@@ -35,11 +35,6 @@ impl Counts {
             all: (setup.submerged_weight(), setup.particles.iter().map(volume).sum()),
             each: each.collect(),
         }
-    }
-
-    /// Particles at the start.
-    pub(super) fn start(&self) -> &[i64] {
-        &self.start
     }
 
     /// Weight less buoyancy and volume of all particles: to the bit those of the start where nothing has come or gone.

@@ -5,7 +5,7 @@ use super::checkpointer::{Checkpointer, Requests, saved_head};
 use super::engine::{Context, engine};
 use super::identity::run_id;
 use super::observe::{Observer, kinds};
-use super::work::{Forecast, Work};
+use super::work::{Forecast, Work, cores};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::{self, Setup};
@@ -123,7 +123,6 @@ pub fn run_with(setup: &Setup, options: &RunOptions, more: &MoreWriters) -> Resu
 /// Makes the caller's writers for a rank, the same ones for every rank and call.
 pub type MoreWriters<'a> = dyn Fn(usize) -> Vec<Box<dyn Writer>> + Sync + 'a;
 
-/// State with which a run begins.
 #[derive(Clone, Copy, Debug)]
 enum Begin<'a> {
     /// That of the case.
@@ -147,7 +146,7 @@ fn run_from(
     let first = comm::launched().is_none_or(|launched| launched.rank == 0);
     let resumes = matches!(begin, Begin::Resumed);
     let done = if first && resumes { finished(setup) } else { None };
-    if any_process(done.is_some())? {
+    if job()?.any(done.is_some()) {
         return Ok(done);
     }
     let _lock = agreed(if first {
@@ -274,11 +273,6 @@ pub fn agreed<R>(result: Result<R>) -> Result<R> {
     result
 }
 
-/// True if it is on any process of an MPI job. Collective.
-fn any_process(here: bool) -> Result<bool> {
-    Ok(job()?.any(here))
-}
-
 /// The ranks of the MPI job; [`Error::Agreed`] if they are not those of the launcher. Collective.
 #[cfg(feature = "mpi")]
 fn world() -> Result<MpiComm> {
@@ -301,10 +295,9 @@ fn world() -> Result<MpiComm> {
 /// Blocks with about the same work: one per process of an MPI job, else per thread that the case asks for, else per core or as many
 /// as fit. Errors: [`Error::Input`] with the largest admissible number if the case asks for more than fit.
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let processes = processes();
     let ranks = match processes.unwrap_or(setup.plan.threads) {
-        0 => Decomposition::max_ranks(setup.domain, cores),
+        0 => Decomposition::max_ranks(setup.domain, cores()),
         asked => asked,
     };
     let (kind, remedy) = match processes {
@@ -336,7 +329,6 @@ fn too_many(setup: &Setup, ranks: usize, kind: &str, remedy: &str) -> Error {
     ))
 }
 
-/// Data of a run that all ranks share.
 struct Plan<'a> {
     setup: &'a Setup,
     options: &'a RunOptions,

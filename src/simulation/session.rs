@@ -15,7 +15,6 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
-/// Work for a rank, done on that rank.
 type Job = Arc<dyn Fn(&mut Simulation) + Send + Sync>;
 
 /// A [`Simulation`] on threads of its own, one per rank, which any other thread may call. Lists are of all ranks, particles

@@ -7,19 +7,20 @@
 //! [`costs`] has the constants. Particles that fall on a heap are not foreseen.
 
 mod costs;
-mod estimate;
 mod forecast;
 
+use super::decompose;
 use crate::case::Setup;
+use crate::comm;
 use crate::contact::PairFinder;
 use crate::domain::{Domain, Weights};
 use crate::engine::EngineChoice;
+use crate::error::Result;
 use crate::fluid::CHUNK;
 use crate::math::Vec3;
 use crate::wall::{Surface, Wall};
 use costs::Form;
 pub use costs::bytes_per_cell;
-pub use estimate::{TimeEstimate, time_estimate};
 pub use forecast::{Forecast, RankForecast, Traffic};
 
 /// Particles count as in contact if the spheres of their volume, grown by this part, meet: in a random packing about as many as touch
@@ -39,7 +40,6 @@ pub(crate) struct Work<'a> {
     walls: Vec<Surface>,
 }
 
-/// A particle.
 #[derive(Clone, Copy, Debug)]
 struct Body {
     /// Wrapped position (m).
@@ -48,7 +48,6 @@ struct Body {
     /// The box that holds it with half of the ramp of its solid fraction: middle and half edges (cells).
     middle: Vec3,
     half: Vec3,
-    /// Cells it covers.
     covered: f64,
     /// Cost of these beyond that of fluid (s).
     cost: f64,
@@ -282,6 +281,32 @@ fn walls_inside(walls: &[Wall], domain: &Domain) -> Vec<Surface> {
             Surface::Cylinder { .. } => true,
         })
         .collect()
+}
+
+/// Time of a step, estimated from the particles and walls at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeEstimate {
+    /// Of a step of the slowest rank (s).
+    pub seconds_per_step: f64,
+    /// Number of ranks, threads or processes.
+    pub ranks: usize,
+}
+
+/// Time of a step of a case on the ranks that it asks for, or [`Error::Input`](crate::Error::Input) if these are too many.
+pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
+    let cut = decompose(setup)?;
+    let ranks = cut.ranks();
+    // Threads may share cores; the cores of processes are unknown.
+    let turns = match comm::launched() {
+        Some(launched) if launched.size > 1 => 1.0,
+        _ => (ranks as f64 / cores() as f64).max(1.0),
+    };
+    Ok(TimeEstimate { seconds_per_step: turns * Work::of(setup).forecast(&cut).seconds_per_step(), ranks })
+}
+
+/// Cores of this machine that the program may use.
+pub(super) fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 #[cfg(test)]

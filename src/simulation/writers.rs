@@ -20,6 +20,7 @@ mod vtk;
 
 use super::Simulation;
 use super::observe::{Sums, Totals, each_cell};
+use super::work::cores;
 use crate::case::Setup;
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
@@ -348,14 +349,12 @@ pub fn seconds_of_files(setup: &Setup) -> f64 {
 
 /// Threads that a run has, and the cores for them.
 fn threads_and_cores(setup: &Setup) -> [usize; 2] {
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
     match setup.plan.threads {
-        0 => [cores; 2],
-        threads => [threads, cores],
+        0 => [cores(); 2],
+        threads => [threads, cores()],
     }
 }
 
-/// The names of the files of a case.
 fn files_of(setup: &Setup) -> OutputFiles {
     OutputFiles::new(&setup.plan.output.directory)
 }

@@ -95,7 +95,6 @@ impl Figure {
     }
 }
 
-/// Alignment of a line of text to its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Align {
     Start,
@@ -108,7 +107,6 @@ pub(crate) enum Align {
 /// Lengths of a dash and of the gap after it, in widths of the line.
 pub(crate) const DASHES: &[f32] = &[5.0, 3.0];
 
-/// Colour, width and dashes of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Stroke {
     pub(crate) colour: Colour,

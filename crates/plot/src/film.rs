@@ -1,6 +1,6 @@
 //! Pictures after each other as a moving one: PNG with several frames.
 
-use crate::image::Image;
+use crate::image::{Image, encoder};
 use std::io::{self, Write};
 
 /// Most pixels of a picture or a page of a film. The size in a file may be forged.
@@ -11,20 +11,17 @@ const MOST_PIXELS: u64 = 64 << 20;
 /// pages of more than 64 Mpixel, is of the kind `InvalidInput`.
 pub fn film(
     out: impl Write,
-    (width, height): (u32, u32),
+    size: (u32, u32),
     (count, fps): (u32, u16),
     frames: impl IntoIterator<Item = io::Result<Image>>,
 ) -> io::Result<()> {
-    let mut encoder = png::Encoder::new(out, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.set_depth(png::BitDepth::Eight);
-    encoder.set_compression(png::Compression::Balanced);
+    let mut encoder = encoder(out, size);
     encoder.set_animated(count, 0).map_err(failed)?;
     encoder.set_frame_delay(1, fps).map_err(failed)?;
     encoder.validate_sequence(true);
     let mut writer = encoder.write_header().map_err(failed)?;
     for frame in frames {
-        writer.write_image_data(&frame?.rgb((width, height))?).map_err(failed)?;
+        writer.write_image_data(&frame?.rgb(size)?).map_err(failed)?;
     }
     writer.finish().map_err(failed)
 }
@@ -66,14 +63,8 @@ impl Image {
             let large = "the frames of a film lie on one page, which would have more than 64 million pixels";
             return Err(io::Error::new(io::ErrorKind::InvalidInput, large));
         }
-        let mut page = vec![255; 3 * width as usize * height as usize];
-        for y in 0..self.height() {
-            for x in 0..self.width() {
-                let at = 3 * (y as usize * width as usize + x as usize);
-                page[at..at + 3].copy_from_slice(&self.colour(x, y));
-            }
-        }
-        Ok(page)
+        let pixel = |y, x| if x < self.width() && y < self.height() { self.colour(x, y) } else { [255; 3] };
+        Ok((0..height).flat_map(|y| (0..width).flat_map(move |x| pixel(y, x))).collect())
     }
 }
 

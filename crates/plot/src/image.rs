@@ -1,6 +1,7 @@
 //! Pixels, and marks that are painted on them.
 
 use crate::drawing::{Colour, Drawing, Mark, Stroke};
+use std::io::Write;
 use tiny_skia::{FillRule, IntSize, LineJoin, Paint, Pixmap, PixmapPaint, StrokeDash, Transform};
 
 /// 200 dots per inch: a picture 1200 pixels wide fills 15 cm of a page.
@@ -83,7 +84,6 @@ impl Image {
         self.paint(&drawing);
     }
 
-    /// Paints a drawing on the image.
     pub(crate) fn paint(&mut self, drawing: &Drawing) {
         let (pixels, identity) = (&mut self.pixels, Transform::identity());
         for mark in &drawing.0 {
@@ -108,13 +108,9 @@ impl Image {
         }
     }
 
-    /// The bytes of a PNG file.
     pub(crate) fn png(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, self.width(), self.height());
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_compression(png::Compression::Balanced);
+        let mut encoder = encoder(&mut bytes, (self.width(), self.height()));
         encoder.set_pixel_dims(Some(png::PixelDimensions {
             xppu: PIXELS_PER_METRE,
             yppu: PIXELS_PER_METRE,
@@ -127,6 +123,15 @@ impl Image {
         writer.finish().expect("memory takes any picture");
         bytes
     }
+}
+
+/// Encodes pictures of this size (pixels) as PNG.
+pub(crate) fn encoder<'a, W: Write>(out: W, (width, height): (u32, u32)) -> png::Encoder<'a, W> {
+    let mut encoder = png::Encoder::new(out, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Balanced);
+    encoder
 }
 
 fn paint([r, g, b]: Colour, opacity: f32) -> Paint<'static> {

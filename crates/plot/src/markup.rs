@@ -1,6 +1,5 @@
 //! Names of quantities as text in several styles.
 
-/// A piece of text in one style.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Span {
     pub(crate) text: String,
@@ -28,7 +27,6 @@ pub(crate) fn bare(text: &str) -> String {
 const SUBSCRIPT: f32 = -0.22;
 const SUPERSCRIPT: f32 = 0.32;
 
-/// Names of Greek letters.
 const GREEK: [(&str, &str); 9] = [
     ("delta", "\u{3b4}"),
     ("eta", "\u{3b7}"),

@@ -9,7 +9,6 @@ const NARROWEST: f64 = 1e-12;
 /// Length of a tick with a number.
 const TICK: f32 = 10.0;
 
-/// Range and ticks of an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Scale {
     /// Both ends; their decimal logarithms if the axis is logarithmic.
@@ -21,7 +20,6 @@ pub(crate) struct Scale {
     pub(crate) ticks: Vec<Tick>,
 }
 
-/// A mark on an axis.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tick {
     /// Position between both ends, 0 to 1.
@@ -30,7 +28,6 @@ pub(crate) struct Tick {
     pub(crate) text: String,
 }
 
-/// Ends of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
     /// At the outermost values.
@@ -41,7 +38,6 @@ pub(crate) enum Ends {
     Round,
 }
 
-/// Side of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Side {
     Below,

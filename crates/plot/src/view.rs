@@ -151,13 +151,11 @@ impl View {
         self.size[0] as f32 - space - part * MARGIN
     }
 
-    /// Height of a bar.
     fn bar_height(&self) -> f32 {
         let (margin, bars) = (self.part() * MARGIN, self.bars.len().max(1) as f32);
         ((self.size[1] as f32 - 5.0 * margin) / bars - 1.5 * margin).max(1.0)
     }
 
-    /// Middle of the box.
     fn middle(&self) -> [f32; 3] {
         scale(add(self.edges[0], self.edges[1]), 0.5)
     }

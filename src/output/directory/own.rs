@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 
 /// A file of a run, or the folder of the pieces of one.
 pub(super) struct Own {
-    /// Path.
     pub(super) path: PathBuf,
     /// The file that it is, or is a piece, an index or the folder of.
     pub(super) of: PathBuf,
@@ -18,14 +17,10 @@ pub(super) struct Own {
     pub(super) step: Option<u64>,
     /// True if it was being written.
     pub(super) partial: bool,
-    folder: bool,
+    pub(super) folder: bool,
 }
 
 impl Own {
-    pub(super) fn is_whole_file(&self) -> bool {
-        !self.partial && !self.folder
-    }
-
     /// Its path in the output directory.
     pub(super) fn below<'a>(&'a self, directory: &Path) -> &'a Path {
         self.path.strip_prefix(directory).unwrap_or(&self.path)

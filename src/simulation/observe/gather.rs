@@ -186,17 +186,12 @@ pub(in crate::simulation) fn fields(
         };
         Ok((all, memory::with_capacity(block.cell_count() * size_of::<[f32; 5]>(), FIELDS)?))
     };
-    let (mut all, mut own): (_, Vec<u8>) = comm.agree(room())?;
-    each_cell(simulation, block, field_values, |values| {
-        own.extend_from_slice(bytemuck::bytes_of(&values));
+    let (mut all, own): (_, Vec<u8>) = comm.agree(room())?;
+    let hi @ [gx, gy, _] = decomposition.domain.cells;
+    let whole = Block { lo: [0; 3], hi };
+    gathered_cells(simulation, decomposition, whole, own, field_values, |[x, y, z], values| {
+        set(&mut all, x + gx * (y + gy * z), values);
     });
-    let blocks = comm.gather(own);
-    let [gx, gy, _] = decomposition.domain.cells;
-    for (rank, bytes) in blocks.into_iter().enumerate() {
-        each_value(decomposition.block(rank), &bytes, |[x, y, z], values| {
-            set(&mut all, x + gx * (y + gy * z), values);
-        });
-    }
     Ok(all)
 }
 
@@ -207,24 +202,36 @@ pub(super) fn slice(
     decomposition: &Decomposition,
     plane: &Plane,
 ) -> Vec<[f32; 4]> {
-    let part = |rank: usize| common(plane.cells(), decomposition.block(rank));
-    let mut own = Vec::new();
     let value = |units: &Units, state: &CellState| {
         let [u, v, w, pressure, _] = field_values(units, state);
         [u, v, w, pressure]
     };
-    each_cell(simulation, part(simulation.comm.rank()), value, |u| {
-        own.extend_from_slice(bytemuck::bytes_of(&u));
+    let mut all = vec![[0.0; 4]; if simulation.comm.rank() == 0 { plane.values() } else { 0 }];
+    gathered_cells(simulation, decomposition, plane.cells(), Vec::new(), value, |cell, u| {
+        plane.add(&mut all, cell, u);
     });
-    let parts = simulation.comm.gather(own);
-    if parts.is_empty() {
-        return Vec::new();
-    }
-    let mut all = vec![[0.0; 4]; plane.values()];
-    for (rank, bytes) in parts.iter().enumerate() {
-        each_value(part(rank), bytes, |cell, u| plane.add(&mut all, cell, u));
-    }
     all
+}
+
+/// Calls `visit` on rank 0 with those of `cells` that each rank has, x fastest, and the values that the ranks make of them and write into
+/// `own`. Collective.
+fn gathered_cells<V: Pod>(
+    simulation: &mut Simulation,
+    decomposition: &Decomposition,
+    cells: Block,
+    mut own: Vec<u8>,
+    value: impl Fn(&Units, &CellState) -> V,
+    mut visit: impl FnMut([usize; 3], V),
+) {
+    let part = |rank: usize| common(cells, decomposition.block(rank));
+    each_cell(simulation, part(simulation.comm.rank()), value, |value| {
+        own.extend_from_slice(bytemuck::bytes_of(&value));
+    });
+    for (rank, bytes) in simulation.comm.gather(own).iter().enumerate() {
+        for (cell, bytes) in part(rank).cells().zip(bytes.chunks_exact(size_of::<V>())) {
+            visit(cell, bytemuck::pod_read_unaligned(bytes));
+        }
+    }
 }
 
 fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
@@ -250,13 +257,6 @@ pub(in crate::simulation) fn each_cell<V>(
         fluid.each_cell(cells, lattice, coupling, |state| {
             visit(value(units, &state));
         });
-    }
-}
-
-/// Calls `visit` with the cells of a block and their values, x fastest.
-fn each_value<V: Pod>(cells: Block, bytes: &[u8], mut visit: impl FnMut([usize; 3], V)) {
-    for (cell, bytes) in cells.cells().zip(bytes.chunks_exact(size_of::<V>())) {
-        visit(cell, bytemuck::pod_read_unaligned(bytes));
     }
 }
 

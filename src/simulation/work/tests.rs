@@ -2,6 +2,7 @@ use super::*;
 use crate::case;
 use crate::contact::ContactModel;
 use crate::domain::Decomposition;
+use crate::simulation::seconds_of_files;
 use std::fmt::Write as _;
 
 /// Spheres of 8 cells in a box of 6 x 6 x 12 diameters at these centres (diameters).
@@ -156,4 +157,38 @@ fn near_pairs_and_bodies_near_walls_are_contacts_and_costs_follow_the_shapes() {
     let sampled =
         ContactModel { geometry: crate::contact::Geometry::Sampled { samples: 16 }, ..model.clone() };
     assert!(Form::Sphere.contact(Form::Sphere, &sampled) > 100.0 * cost(Form::Sphere, Form::Sphere));
+}
+
+#[test]
+fn rows_fields_and_surfaces_take_time_as_often_as_they_are_written() {
+    let mut setup = suspension();
+    let plan = &mut setup.plan;
+    plan.end_step = 1000;
+    plan.output.series_every = 1000;
+    for every in [
+        &mut plan.output.fields_every,
+        &mut plan.output.particles_every,
+        &mut plan.output.surfaces_every,
+        &mut plan.output.contacts_every,
+        &mut plan.output.picture_every,
+    ] {
+        *every = 0;
+    }
+    let least = seconds_of_files(&setup);
+    setup.plan.output.series_every = 5;
+    let rows = seconds_of_files(&setup);
+    assert!((rows / least - 201.0 / 2.0).abs() < 1e-9, "{rows} {least}");
+    setup.plan.output.fields_every = 100;
+    assert!(seconds_of_files(&setup) > rows);
+}
+
+#[test]
+fn a_suspension_takes_longer_than_its_fluid_and_on_one_core_not_much_more() {
+    let mut setup = suspension();
+    setup.plan.threads = 1;
+    let cells = setup.domain.cell_count() as f64;
+    let forecast = crate::simulation::forecast(&setup, 1).unwrap();
+    let each = forecast.seconds_per_step() / cells;
+    assert!((5e-9..20e-9).contains(&each), "{each}");
+    assert_eq!(time_estimate(&setup).unwrap().ranks, 1);
 }

@@ -13,7 +13,6 @@ use crate::output::{
 use serde::Deserialize;
 use std::path::PathBuf;
 
-/// The writers of all these files.
 pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let plan = &setup.plan.output;
     let points = ParticlePoints::new(&setup.templates, &setup.sections, &setup.frames);

@@ -32,17 +32,14 @@ const SAMPLE: (f32, f32) = (76.0, 14.0);
 /// Space between columns.
 const GAP: f32 = 44.0;
 
-/// Number of outlines of markers.
 const OUTLINES: usize = 8;
 
-/// Appearance of a series.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Look {
     pub(super) style: Style,
     pub(super) colour: Colour,
     /// Number of the outline of its markers, if it has markers; after all outlines were used once, a dot is added.
     pub(super) marker: Option<usize>,
-    /// Its line, if it has one.
     pub(super) stroke: Option<Stroke>,
 }
 

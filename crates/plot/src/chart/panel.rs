@@ -20,7 +20,6 @@ const LABEL_GAP: f32 = 10.0;
 /// Space between the frame and the labels, for the leaders.
 const LEADER: f32 = 36.0;
 
-/// Draws a panel of the chart.
 pub(super) fn draw(drawing: &mut Drawing, chart: &Chart, layout: &Layout, index: usize, looks: &Looks) {
     let (area, none) = (layout.panels[index], Panel::default());
     let panel = chart.panels.get(index).unwrap_or(&none);

@@ -64,11 +64,6 @@ impl Camera {
     pub(super) fn finer(self, times: f32) -> Self {
         Self { focus: times * self.focus, centre: self.centre.map(|x| times * x), ..self }
     }
-
-    /// Unit vector from a point to the eye.
-    pub(super) fn towards_eye(&self, point: Vector) -> Vector {
-        unit(sub(self.eye, point))
-    }
 }
 
 /// The corners of a box between two of them; bit `i` of the number of a corner is its side along axis `i`.

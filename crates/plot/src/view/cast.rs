@@ -24,7 +24,6 @@ const BRIGHT: f32 = 0.5;
 /// Least opacity of what is seen through bodies.
 const FAINT: f32 = 0.12;
 
-/// A scene from one side.
 pub(super) struct Cast<'a> {
     pub(super) camera: Camera,
     pub(super) meshes: &'a [Mesh],
@@ -183,7 +182,7 @@ impl Cast<'_> {
         let mesh = &self.meshes[item.mesh];
         let local = item.local(point);
         let normal = item.turn(mesh.normal(sample.triangle, local));
-        let eye = self.camera.towards_eye(point);
+        let eye = unit(sub(self.camera.eye, point));
         let normal = if mesh.open && dot(normal, eye) < 0.0 { scale(normal, -1.0) } else { normal };
         let square = |colour: [f32; 3]| colour.map(|c| c / 255.0 * (c / 255.0));
         // What is seen through bodies is not in the maps of the lights.

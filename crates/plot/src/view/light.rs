@@ -25,7 +25,6 @@ const SLACK: f32 = 1.5;
 /// Cosine and sine of the golden angle, which spreads directions evenly.
 const GOLDEN: [f32; 2] = [-0.737_368_9, 0.675_490_3];
 
-/// All light of a scene.
 pub(super) struct Lights {
     sky: Vec<Light>,
     sun: Vec<Light>,
@@ -108,7 +107,6 @@ impl Lights {
         Self { sky, sun, towards_sun }
     }
 
-    /// The light that arrives at a point of an item with this normal.
     pub(super) fn at(&self, point: Vector, normal: Vector, item: u32) -> Arriving {
         let facing = |light: &Light| {
             let cosine = dot(normal, light.towards);
