@@ -17,7 +17,6 @@ use crate::coupling::{ForceBalance, Method};
 use crate::fluid::Collision;
 use crate::math::Vec3;
 use crate::particle::{PrescribedMotion, Template, TimeFunction};
-use crate::shape::Part;
 use crate::wall::{Surface, Wall};
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
@@ -168,17 +167,18 @@ fn template((template, prescribed): (&Template, &PrescribedMotion)) -> Json {
     if !prescribed.is_free() {
         json["motion"] = motion(prescribed);
     }
-    let part = |Part { shape, position, orientation }: &Part| {
+    let parts = shape.parts().iter().map(|part| {
         json!({
-            "inertia_per_mass": vector(shape.inertia_per_mass()),
-            "orientation": <[f64; 4]>::from(orientation.coords),
-            "position": vector(*position),
-            "shape": shape.kind(),
-            "volume": shape.volume(),
+            "inertia_per_mass": vector(part.shape.inertia_per_mass()),
+            "orientation": <[f64; 4]>::from(part.orientation.coords),
+            "position": vector(part.position),
+            "shape": part.shape.kind(),
+            "volume": part.shape.volume(),
         })
-    };
-    if !shape.parts().is_empty() {
-        json["parts"] = shape.parts().iter().map(part).collect::<Vec<_>>().into();
+    });
+    let parts: Vec<Json> = parts.collect();
+    if !parts.is_empty() {
+        json["parts"] = parts.into();
     }
     json
 }
