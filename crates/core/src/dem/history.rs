@@ -70,12 +70,17 @@ impl Records {
         self.rows.extend_from_slice(&others.rows);
     }
 
-    /// Those for which this is true.
-    #[must_use]
-    pub fn filtered(&self, mut keeps: impl FnMut(&ContactKey) -> bool) -> Self {
-        let mut kept = Self::new(self.memory);
-        self.iter().filter(|(key, _)| keeps(key)).for_each(|(key, memory)| kept.push(key, memory));
-        kept
+    /// Keeps those for which this is true, in their order.
+    pub fn retain(&mut self, mut keeps: impl FnMut(&ContactKey, &[f64]) -> bool) {
+        let (stride, mut kept) = (self.stride(), 0);
+        for at in (0..self.rows.len()).step_by(stride) {
+            let (key, memory) = self.rows[at..at + stride].split_at(KEY);
+            if keeps(&bytemuck::cast_slice(key)[0], bytemuck::cast_slice(memory)) {
+                self.rows.copy_within(at..at + stride, kept);
+                kept += stride;
+            }
+        }
+        self.rows.truncate(kept);
     }
 
     fn stride(&self) -> usize {
@@ -115,6 +120,11 @@ impl History {
     /// The records, ascending by key.
     pub fn records(&self) -> &Records {
         &self.current
+    }
+
+    /// Forgets all contacts but those for which this is true.
+    pub fn retain(&mut self, mut keeps: impl FnMut(&ContactKey) -> bool) {
+        self.current.retain(|key, _| keeps(key));
     }
 
     /// Index of the record of a contact, if it existed. Fast for contacts in ascending order.
@@ -176,27 +186,23 @@ impl History {
         }
         let rank = comm.rank();
         let mut messages: Vec<Vec<u8>> = vec![Vec::new(); peers.len()];
-        let (mut kept, mut left) = (Records::new(self.current.memory), false);
-        for (key, memory) in self.current.iter() {
-            let to = evaluating_rank(&key);
+        self.current.retain(|key, memory| {
+            let to = evaluating_rank(key);
             if to == Some(rank) {
-                kept.push(key, memory);
-                continue;
+                return true;
             }
-            left = true;
             if let Some(link) = to.and_then(|to| peers.binary_search(&to).ok()) {
-                messages[link].extend_from_slice(bytemuck::bytes_of(&key));
+                messages[link].extend_from_slice(bytemuck::bytes_of(key));
                 messages[link].extend_from_slice(bytemuck::cast_slice(memory));
             }
-        }
-        let before = kept.rows.len();
+            false
+        });
+        let before = self.current.rows.len();
         for message in comm.exchange(peers, messages) {
-            kept.rows.extend(bytemuck::pod_collect_to_vec::<u8, u64>(&message));
+            self.current.rows.extend(bytemuck::pod_collect_to_vec::<u8, u64>(&message));
         }
-        if kept.rows.len() > before {
-            *self = Self::new(kept);
-        } else if left {
-            self.current = kept;
+        if self.current.rows.len() > before {
+            *self = Self::new(std::mem::take(&mut self.current));
         }
     }
 }

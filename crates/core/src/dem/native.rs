@@ -161,8 +161,8 @@ impl Native {
     /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.
     pub fn resume(&mut self, records: &Records, substep: u64, begun: u64) {
         let ContactContext { near, local, .. } = &self.context;
-        let mine = records.filtered(|key| evaluating_rank_of(key, near, local) == Some(near.rank));
-        self.forces.history = History::new(mine);
+        self.forces.history = History::new(records.clone());
+        self.forces.history.retain(|key| evaluating_rank_of(key, near, local) == Some(near.rank));
         self.forces.begun = begun;
         self.context.substep = substep;
     }
@@ -384,7 +384,7 @@ impl DemEngine for Native {
         local.remove(near, ids);
         let stays =
             |key: &ContactKey| [key.first, key.second].iter().all(|id| ids.binary_search(id).is_err());
-        self.forces.history = History::new(self.records().filtered(stays));
+        self.forces.history.retain(stays);
         self.forces.states.retain(|state| stays(&state.key()));
         Ok(())
     }

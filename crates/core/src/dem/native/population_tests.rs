@@ -87,7 +87,8 @@ fn nothing_is_remembered_of_the_contacts_of_a_particle_that_leaves_on_2_ranks() 
         let mut touching = Records::default();
         for _ in 0..400 {
             advance(&mut engine, &comm, 1);
-            touching = whole(&engine, &comm).1.filtered(|key| ContactState::wall_of(key.second).is_none());
+            touching = whole(&engine, &comm).1;
+            touching.retain(|key, _| ContactState::wall_of(key.second).is_none());
             if !touching.is_empty() {
                 break;
             }
