@@ -467,9 +467,34 @@ void add_up(__local long* columns, int count, int item) {
     barrier(CLK_LOCAL_MEM_FENCE);
 }
 
+#define NO_FAULT 0x7fffffffffffffffL
+
+// Of three columns, the squares of speeds, and cells that are too fast with their speeds, the largest square, and the first of these cells
+// with its speed, into the first item of each column: of sixteen items each, then of all.
+void fastest(__local long* columns, int item) {
+    barrier(CLK_LOCAL_MEM_FENCE);
+    for (int count = TILE / 16; count > 0; count /= 16) {
+        if (item < count) {
+            double most = 0.0;
+            long fault = NO_FAULT, speed = 0;
+            for (int k = item; k < 16 * count; k += count) {
+                double square = as_double(columns[k]);
+                if (square > most) most = square;
+                if (columns[TILE + k] < fault) {
+                    fault = columns[TILE + k];
+                    speed = columns[2 * TILE + k];
+                }
+            }
+            columns[item] = as_long(most);
+            columns[TILE + item] = fault;
+            columns[2 * TILE + item] = speed;
+        }
+        barrier(CLK_LOCAL_MEM_FENCE);
+    }
+}
+
 #define WORDS 8
 #define LIMIT 0.4
-#define NO_FAULT 0x7fffffffffffffffL
 
 // What a cell gives to a body: force and moment by the offset `n` along the row, now and of what is taken off in the next step.
 typedef struct {
@@ -501,7 +526,7 @@ __kernel WORK_GROUP(TILE) void sweep(
     __global const float* cut, __global const int* spans, __global const float* lengths, __global const REAL* velocities,
     __global long* received, const int measure, __global long* flows) {
 #ifdef WARPS
-    SHARED long columns[7 * TILE];
+    SHARED long columns[8 * TILE];
 #else
     SHARED long columns[12 * TILE];
 #endif
@@ -749,41 +774,10 @@ __kernel WORK_GROUP(TILE) void sweep(
         int is_fast = !(square < LIMIT * LIMIT) && !(sqrt(square) < LIMIT);
         long key = ((long)(corner.z + z) * box.y + (corner.y + y)) * box.x + (corner.x + x);
         columns[TILE * 6 + item] = is_fast ? key : NO_FAULT;
+        columns[TILE * 7 + item] = is_fast ? as_long(sqrt(square)) : 0;
         add_up(columns, 5, item);
-        // The largest of sixteen items each, then of all.
-        if (item < 16) {
-            double most = 0.0, speed = 0.0;
-            long fault = NO_FAULT;
-            for (int k = item; k < TILE; k += 16) {
-                double pp = as_double(columns[TILE * 5 + k]);
-                if (pp > most) most = pp;
-                if (columns[TILE * 6 + k] < fault) {
-                    fault = columns[TILE * 6 + k];
-                    speed = sqrt(pp);
-                }
-            }
-            columns[TILE * 5 + item] = as_long(most);
-            columns[TILE * 6 + item] = fault;
-            columns[TILE * 4 + 16 + item] = as_long(speed);
-        }
-        barrier(CLK_LOCAL_MEM_FENCE);
-        if (item == 0) {
-            double most = 0.0;
-            long fault = NO_FAULT, speed = 0;
-            for (int k = 0; k < 16; k++) {
-                double pp = as_double(columns[TILE * 5 + k]);
-                if (pp > most) most = pp;
-                if (columns[TILE * 6 + k] < fault) {
-                    fault = columns[TILE * 6 + k];
-                    speed = columns[TILE * 4 + 16 + k];
-                }
-            }
-            __global long* flow = flows + WORDS * (size_t)tile;
-            for (int j = 0; j < 5; j++) flow[j] = columns[TILE * j];
-            flow[5] = as_long(most);
-            flow[6] = fault;
-            flow[7] = speed;
-        }
+        fastest(columns + TILE * 5, item);
+        if (item < WORDS) flows[WORDS * (size_t)tile + item] = columns[TILE * item];
     }
 }
 
@@ -814,20 +808,8 @@ __kernel WORK_GROUP(TILE) void flow_total(__global const long* flows, const int 
     columns[TILE * 11 + item] = fault;
     columns[TILE * 12 + item] = speed;
     add_up(columns, 10, item);
-    if (item == 0) {
-        for (int k = 0; k < TILE; k++) {
-            double square = as_double(columns[TILE * 10 + k]);
-            if (square > most) most = square;
-            if (columns[TILE * 11 + k] < fault) {
-                fault = columns[TILE * 11 + k];
-                speed = columns[TILE * 12 + k];
-            }
-        }
-        for (int j = 0; j < 10; j++) total[j] = columns[TILE * j];
-        total[10] = as_long(most);
-        total[11] = fault;
-        total[12] = speed;
-    }
+    fastest(columns + TILE * 10, item);
+    if (item < 13) total[item] = columns[TILE * item];
 }
 
 // ---- links ----
