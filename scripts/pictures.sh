@@ -73,7 +73,8 @@ page() {
 
 "$TURBID" run cases/hindered_settling.toml --out "$out/hindered_settling" --serve 2>"$out/address" &
 until [ -e "$out/hindered_settling/pictures/view_0000004860.png" ]; do
-    kill -0 $! && sleep 1
+    kill -0 $! || exit 1
+    sleep 1
 done
 page live 1280,860 "$(grep -o 'http://[^ ]*' "$out/address" | head -n 1)"
 wait $!

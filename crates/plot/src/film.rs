@@ -63,8 +63,14 @@ impl Image {
             let large = "the frames of a film lie on one page, which would have more than 64 million pixels";
             return Err(io::Error::new(io::ErrorKind::InvalidInput, large));
         }
-        let pixel = |y, x| if x < self.width() && y < self.height() { self.colour(x, y) } else { [255; 3] };
-        Ok((0..height).flat_map(|y| (0..width).flat_map(move |x| pixel(y, x))).collect())
+        let mut page = vec![255; 3 * width as usize * height as usize];
+        for y in 0..self.height() {
+            for x in 0..self.width() {
+                let at = 3 * (y as usize * width as usize + x as usize);
+                page[at..at + 3].copy_from_slice(&self.colour(x, y));
+            }
+        }
+        Ok(page)
     }
 }
 

@@ -108,9 +108,12 @@ impl<'a> Series<'a> {
 
     /// Strain of a suspension between plates from a sample on to the end; infinite as in [`sunk`](Self::sunk).
     fn sheared(&self, first: usize) -> f64 {
-        let (steps, Some(plates)) = (&self.samples.steps, &self.plates) else { return f64::INFINITY };
+        let Some(plates) = self.plates.as_ref().filter(|_| self.is_suspension()) else {
+            return f64::INFINITY;
+        };
+        let steps = &self.samples.steps;
         let count = steps.get(first).zip(steps.last()).map_or(0, |(from, to)| to - from);
-        if self.is_suspension() { plates.strain(count as f64 * self.setup.time_step) } else { f64::INFINITY }
+        plates.strain(count as f64 * self.setup.time_step)
     }
 
     /// More than one particle moves freely.
