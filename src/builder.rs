@@ -66,7 +66,7 @@ impl Builder {
     /// ```
     /// let lid = turbid::Builder::example().periodic([true, true, false]);
     /// let setup = lid.face_velocity("z+", [1e-2, 0.0, 0.0]).setup()?;
-    /// assert_eq!((setup.walls.len(), setup.walls[1].motion.velocity.x), (2, 1e-2));
+    /// assert_eq!((setup.walls.len(), setup.walls[1].motion.velocity.at(0.0).x), (2, 1e-2));
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn face_velocity(self, face: &str, velocity: impl Into<[f64; 3]>) -> Self {

@@ -38,7 +38,7 @@ use crate::coupling::{ForceBalance, Method};
 use crate::domain::Domain;
 use crate::engine::EngineChoice;
 use crate::fluid::Collision;
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, TimeFunction, Vec3};
 use crate::particle::{Particle, PrescribedMotion, Template};
 use crate::units::Units;
 use crate::wall::Wall;
@@ -179,12 +179,13 @@ pub struct FluidSetup {
     pub coupling: Method,
     /// Region in which the balancing force acts.
     pub force_balance: ForceBalance,
-    /// Directions in which a controller removes the mean volume flux.
-    pub zero_net_flux: [bool; 3],
-    /// Rate at which it does (1/s): the paper's `u_Stokes / D`, or the viscous rate `nu / D^2` where that is faster.
+    /// Mean volume flux (m/s) that a controller keeps, in the directions in which it does.
+    pub net_flux: [Option<f64>; 3],
+    /// Rate at which it does (1/s) where nothing holds the fluid back: the paper's `u_Stokes / D`, or the viscous rate `nu / D^2` where
+    /// that is faster.
     pub control_rate: f64,
     /// Uniform acceleration of the fluid in addition to all else (m/s^2), for driven flows.
-    pub body_acceleration: Vec3,
+    pub body_acceleration: TimeFunction,
     /// Flow at the start; `None` is a fluid at rest.
     pub start: Option<Couette>,
     /// Reference velocities and dimensionless numbers.

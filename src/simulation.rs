@@ -22,7 +22,7 @@ mod writers;
 use crate::case::{FluidSetup, Setup};
 use crate::comm::Comm;
 use crate::coupling::{
-    AnyFluid, CONTROL_INTERVAL, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams,
+    AnyFluid, CONTROL_INTERVAL, Control, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams,
     LatticeWalls, MeanFlow,
 };
 use crate::dem::{DemEngine, Load};
@@ -140,9 +140,18 @@ struct FluidSystem {
     driving: Driving,
     /// Cells of the box that are in no wall.
     cells: f64,
+    /// The walls, if one of them varies its motion.
+    moving: Option<LatticeWalls>,
 }
 
 impl FluidSystem {
+    /// Gives walls that vary their motion that of the step after `step` steps, or of the last one before the start.
+    fn move_walls(&mut self, step: Option<u64>) {
+        if let Some(walls) = &self.moving {
+            self.fluid.move_walls(&walls.motions(step));
+        }
+    }
+
     /// The fluid as it starts, round the particles of a case; errors on every rank if one has not the memory. Collective.
     fn new(
         setup: &Setup,
@@ -154,7 +163,7 @@ impl FluidSystem {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &setup.units());
-        let boundary = Boundary { motions: walls.motions(), wall_of: &|cell| walls.wall_of(cell) };
+        let boundary = Boundary { motions: &walls.motions(None), wall_of: &|cell| walls.wall_of(cell) };
         let mut fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);
@@ -170,7 +179,8 @@ impl FluidSystem {
         if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {
             comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &mut coupling)))?;
         }
-        Ok(Self { fluid, coupling, driving, cells })
+        let moving = walls.vary().then_some(walls);
+        Ok(Self { fluid, coupling, driving, cells, moving })
     }
 
     /// Acceleration of a fluid of `cells` cells that are in no wall.
@@ -198,9 +208,11 @@ impl FluidSystem {
             submerged_weight,
             particle_volume,
             balance: of.force_balance,
-            control_rate: of.zero_net_flux.map(|on| if on { of.control_rate } else { 0.0 }).into(),
-            prescribed: std::array::from_fn(|axis| setup.motions.iter().any(|motion| !motion.free[axis])),
-            body_acceleration: of.body_acceleration,
+            control: std::array::from_fn(|axis| {
+                let resistance = setup.resistance(of, axis);
+                of.net_flux[axis].map(|target| Control { target, resistance })
+            }),
+            body_acceleration: of.body_acceleration.clone(),
         };
         let mut coupling = Coupling::new(coupling, decomposition, rank, reach);
         let masses = (0..templates.len()).map(|n| setup.virtual_mass(of, n)).collect();
@@ -271,8 +283,10 @@ impl Simulation {
         let Self { comm, units, system, dem, timings: t, failure, external, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
-        let mut loads = if let Some(FluidSystem { fluid, coupling, driving, .. }) = system {
-            let acceleration = driving.step();
+        let mut loads = if let Some(system) = system {
+            system.move_walls(Some(self.step));
+            let FluidSystem { fluid, coupling, driving, .. } = system;
+            let acceleration = driving.step(self.step);
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
@@ -342,7 +356,7 @@ impl Simulation {
         self.apply(&words[measure::WORDS..])?;
         let mean = self.mean_of(&words, flow.max_speed);
         if let Some(system) = &mut self.system {
-            system.driving.mean = mean;
+            system.driving.measured(mean);
         }
         Ok(())
     }
@@ -435,7 +449,7 @@ impl Simulation {
 
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
-        self.system.as_ref().map_or_else(Vec3::zeros, |system| system.driving.acceleration())
+        self.system.as_ref().map_or_else(Vec3::zeros, |system| system.driving.acceleration(self.step))
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.

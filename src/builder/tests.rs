@@ -73,7 +73,7 @@ fn every_method_sets_its_key() {
     let example = Builder::example;
     let closed =
         example().periodic([true, true, false]).face_velocity("z+", [1e-2, 0.0, 0.0]).setup().unwrap();
-    assert_eq!((closed.walls.len(), closed.walls[1].motion.velocity.x), (2, 1e-2));
+    assert_eq!((closed.walls.len(), closed.walls[1].motion.velocity.at(0.0).x), (2, 1e-2));
     let wide = example().precision(Precision::F64).coupling(Coupling::Homogenised).setup().unwrap();
     assert_eq!(wide.plan.precision, Precision::F64);
     assert_eq!(wide.expect_fluid().coupling.name(), "homogenised");

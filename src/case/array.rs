@@ -1,4 +1,4 @@
-//! Flow through bodies at rest, as far as their drag bounds it.
+//! Flow through bodies that are held, as far as their drag bounds it, and the resistance that the controller of the net flux reckons with.
 //!
 //! An acceleration `a` of the fluid drives it through bodies of volume fraction `phi` and diameter `D`, until their drag balances it at the
 //! mean velocity `U` over fluid and bodies, `Re = U D / nu`:
@@ -71,6 +71,41 @@ impl FixedArray {
             }
         }
         (2.0 + 6.0 * phi) * high / (1.0 - phi)
+    }
+}
+
+/// Bodies that are held along an axis, wherever they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct HeldBodies {
+    /// Volume fraction (-).
+    pub(super) fraction: f64,
+    /// Sauter mean of the diameters of spheres of the same volume (m).
+    diameter: f64,
+    /// Bound of their speed along the axis (m/s).
+    speed: f64,
+}
+
+impl HeldBodies {
+    /// Those of a case; none if all are free along the axis.
+    pub(super) fn of(setup: &Setup, axis: usize) -> Option<Self> {
+        let held = |p: &&Particle| !setup.motions[p.template as usize].free[axis];
+        let (mut cubes, mut squares, mut volume, mut speed) = (0.0, 0.0, 0.0, 0.0_f64);
+        for body in setup.particles.iter().filter(held) {
+            let shape = &setup.templates[body.template as usize].shape;
+            let d = shape.equivalent_diameter();
+            (cubes, squares, volume) = (cubes + d * d * d, squares + d * d, volume + shape.volume());
+            speed = speed.max(setup.motions[body.template as usize].velocity.largest()[axis]);
+        }
+        // Bodies that overlap fill less; a bed has fluid in it.
+        let fraction = (volume / setup.domain.volume()).min(0.75);
+        (volume > 0.0).then_some(Self { fraction, diameter: cubes / squares, speed })
+    }
+
+    /// Rate (1/s) at which their drag would stop a fluid of kinematic viscosity `viscosity` (m^2/s) with a net flux (m/s).
+    pub(super) fn resistance(&self, viscosity: f64, flux: f64) -> f64 {
+        let Self { fraction, diameter, speed } = *self;
+        let reynolds = flux.abs().max(speed) * diameter / viscosity;
+        18.0 * fraction * viscosity / (diameter * diameter) * drag(fraction, reynolds)
     }
 }
 

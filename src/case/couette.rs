@@ -37,17 +37,19 @@ impl Couette {
             let name = super::file::FACES[2 * axis + upper];
             walls.iter().find(|placed| placed.is_face && placed.wall.name == name).map(|placed| &placed.wall)
         };
-        let slides = |wall: &Wall| wall.motion.velocity != Vec3::zeros();
+        let slides = |wall: &Wall| !wall.motion.velocity.is_zero();
         let moving: Vec<(usize, [&Wall; 2])> = (0..3)
             .filter_map(|axis| Some((axis, [face(axis, 0)?, face(axis, 1)?])))
             .filter(|(_, faces)| faces.iter().any(|face| slides(face)))
             .collect();
-        let turns = walls.iter().any(|placed| placed.wall.motion.angular_velocity != Vec3::zeros());
+        let turns = walls.iter().any(|placed| !placed.wall.motion.angular_velocity.is_zero());
+        let varies = walls.iter().any(|placed| !placed.wall.motion.is_steady());
         let what = match moving[..] {
             _ if turns => "a wall turns",
+            _ if varies => "the velocity of a wall varies",
             [] => "no closed face of the box has a velocity",
             [(axis, [lower, upper])] => {
-                let [lower, upper] = [lower, upper].map(|wall| wall.motion.velocity);
+                let [lower, upper] = [lower, upper].map(|wall| wall.motion.velocity.at(0.0));
                 let gradient = (upper - lower) / domain.size()[axis];
                 return Ok(Self { axis, lower, gradient });
             }
@@ -130,6 +132,7 @@ mod tests {
             ("domain.faces={}", "no closed face of the box has a velocity"),
             ("domain.faces={\"z-\"={velocity=[1,0,0]},\"x-\"={velocity=[0,1,0]}}", "more than one direction"),
             ("domain.faces={\"z-\"={rotation=1}}", "a wall turns"),
+            ("domain.faces={\"z-\"={velocity.table=[[0,1,0,0]]}}", "the velocity of a wall varies"),
         ] {
             let options = [option.to_string(), "domain.periodic=[false, false, false]".to_string()];
             let error = from_text(SHEAR, "shear", &options).unwrap_err().to_string();

@@ -116,11 +116,12 @@ pub(super) fn refuse_walls(document: &Document, engine: &EngineChoice, walls: &[
         return Err(document.error(&key, &title, "this wall", remedy));
     }
     for PlacedWall { wall, key, .. } in walls {
-        let velocity = wall.motion.velocity;
+        let velocity = wall.motion.velocity.at(0.0);
         let still = velocity == Vec3::zeros();
         let moves_along = |normal: &Vec3| velocity.dot(normal).abs() > ALIGNED * velocity.norm();
         let what = match &wall.surface {
-            _ if wall.motion.angular_velocity != Vec3::zeros() => "turns",
+            _ if !wall.motion.is_steady() => "varies its velocity",
+            _ if !wall.motion.angular_velocity.is_zero() => "turns",
             Surface::Plane { normal, .. } if lies_askew(normal) => "is a plane across none of x, y, z",
             Surface::Plane { normal, .. } if moves_along(normal) => "moves along its normal",
             Surface::Plane { .. } if lies_askew(&velocity) => "slides along none of x, y, z",

@@ -23,8 +23,7 @@ pub use contacts::{
     PairSection, ProcessSection,
 };
 pub use motion::{
-    Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, VariableVelocity,
-    VelocitySection,
+    Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, VariableVector, VectorSection,
 };
 pub use particles::{
     Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, PositionsBy, RelativeDistance,
@@ -310,8 +309,12 @@ pub struct DrivingSection {
     /// `body_acceleration` acts, but false in a box that is closed along gravity or has moving walls. `true` together with a
     /// `body_acceleration` along a periodic direction is refused.
     pub zero_net_flux: Option<bool>,
-    /// Uniform acceleration of the fluid besides all else (m/s^2). Default `[0, 0, 0]`.
-    pub body_acceleration: [f64; 3],
+    /// Mean velocity of the mixture by volume (m/s), `net_flux` of series.csv, which a controller keeps along periodic directions in place
+    /// of `zero_net_flux`.
+    pub net_flux: Option<[f64; 3]>,
+    /// Uniform acceleration of the fluid besides all else (m/s^2): `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }`
+    /// or `{ table = [[t, x, y, z], ...] }`. Default `[0, 0, 0]`.
+    pub body_acceleration: VectorSection,
 }
 
 impl Default for DrivingSection {
@@ -320,7 +323,8 @@ impl Default for DrivingSection {
             gravity: Gravity::Downwards(9.80665),
             force_balance: None,
             zero_net_flux: None,
-            body_acceleration: [0.0; 3],
+            net_flux: None,
+            body_acceleration: VectorSection::default(),
         }
     }
 }

@@ -1,19 +1,19 @@
-//! Prescribed motion of the particles of each section.
+//! Prescribed motion of the particles of each section, and the vectors over time of a case.
 
 use super::Setup;
 use super::checks::Document;
 use super::file::{
-    Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, VariableVelocity, VelocitySection,
+    Case, Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, VariableVector, VectorSection,
 };
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::particle::{PrescribedMotion, TimeFunction};
+use crate::particle::PrescribedMotion;
 
 /// Least number of time steps in a period of an oscillation.
 const STEPS_PER_PERIOD: f64 = 10.0;
 
-/// The motion of each `[[particles]]` section, in time steps of this length (s).
-pub(super) fn motions(document: &Document, time_step: f64) -> Result<Vec<PrescribedMotion>> {
+/// The motion of each `[[particles]]` section.
+pub(super) fn motions(document: &Document) -> Result<Vec<PrescribedMotion>> {
     let sections = document.case.particles.iter().enumerate();
     sections
         .map(|(index, section)| {
@@ -24,7 +24,7 @@ pub(super) fn motions(document: &Document, time_step: f64) -> Result<Vec<Prescri
                 }
                 Some(MotionSection::Named(NamedMotion::Fixed)) => PrescribedMotion::fixed(),
                 Some(MotionSection::Prescribed(given)) => {
-                    prescribed(document, &format!("{key}.motion"), given, time_step)?
+                    prescribed(document, &format!("{key}.motion"), given)?
                 }
             };
             for (n, entry) in section.list().iter().enumerate() {
@@ -58,20 +58,12 @@ pub(super) fn buoyancy(setup: &Setup) -> Option<String> {
     })
 }
 
-fn prescribed(
-    document: &Document,
-    key: &str,
-    given: &PrescribedSection,
-    time_step: f64,
-) -> Result<PrescribedMotion> {
-    let function = |name: &str, velocity: &Option<VelocitySection>| match velocity {
-        None => Ok(TimeFunction::default()),
-        Some(velocity) => time_function(document, &format!("{key}.{name}"), velocity, time_step),
-    };
+fn prescribed(document: &Document, key: &str, given: &PrescribedSection) -> Result<PrescribedMotion> {
+    let function = |velocity: &Option<VectorSection>| velocity.clone().unwrap_or_default().function();
     let is_free = |freedom: Freedom| given.free.contains(&freedom);
     let motion = PrescribedMotion {
-        velocity: function("velocity", &given.velocity)?,
-        angular_velocity: function("angular_velocity", &given.angular_velocity)?,
+        velocity: function(&given.velocity),
+        angular_velocity: function(&given.angular_velocity),
         free: [Freedom::X, Freedom::Y, Freedom::Z].map(is_free),
         free_rotation: is_free(Freedom::Rotation),
     };
@@ -93,47 +85,54 @@ fn prescribed(
     ))
 }
 
-fn time_function(
-    document: &Document,
-    key: &str,
-    velocity: &VelocitySection,
-    time_step: f64,
-) -> Result<TimeFunction> {
-    match velocity {
-        VelocitySection::Constant(value) => Ok(TimeFunction::Constant((*value).into())),
-        VelocitySection::Variable(VariableVelocity::Oscillation(given)) => {
-            let most = 1.0 / (STEPS_PER_PERIOD * time_step);
-            if given.frequency > most {
-                let key = format!("{key}.oscillation.frequency");
-                let wanted = format!("at most {most:.4e}");
-                let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
-                return Err(document.out_of_range(&key, given.frequency, &wanted, &remedy));
+/// Every vector over time of a case, with its key.
+fn vectors(case: &Case) -> Vec<(String, &VectorSection)> {
+    let mut all = vec![("driving.body_acceleration".to_string(), &case.driving.body_acceleration)];
+    let faces = case.domain.faces.iter();
+    all.extend(faces.map(|(name, face)| (format!("domain.faces.{name}.velocity"), &face.velocity)));
+    for (index, wall) in case.walls.iter().enumerate() {
+        all.push((format!("walls.{index}.velocity"), &wall.velocity));
+        all.push((format!("walls.{index}.angular_velocity"), &wall.angular_velocity));
+    }
+    for (index, section) in case.particles.iter().enumerate() {
+        let Some(MotionSection::Prescribed(given)) = &section.motion else { continue };
+        let named = [("velocity", &given.velocity), ("angular_velocity", &given.angular_velocity)];
+        let given = named.into_iter().filter_map(|(name, vector)| Some((name, vector.as_ref()?)));
+        all.extend(given.map(|(name, vector)| (format!("particles.{index}.motion.{name}"), vector)));
+    }
+    all
+}
+
+/// Refuses oscillations that are too fast for a time step (s), and tables without an order.
+pub(super) fn refuse_vectors(document: &Document, time_step: f64) -> Result<()> {
+    for (key, vector) in vectors(&document.case) {
+        match vector {
+            VectorSection::Constant(_) => {}
+            VectorSection::Variable(VariableVector::Oscillation(given)) => {
+                let most = 1.0 / (STEPS_PER_PERIOD * time_step);
+                if given.frequency > most {
+                    let key = format!("{key}.oscillation.frequency");
+                    let wanted = format!("at most {most:.4e}");
+                    let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
+                    return Err(document.out_of_range(&key, given.frequency, &wanted, &remedy));
+                }
             }
-            Ok(TimeFunction::Oscillation {
-                mean: given.mean.into(),
-                amplitude: given.amplitude.into(),
-                frequency: given.frequency,
-                phase: given.phase.to_radians(),
-            })
-        }
-        VelocitySection::Variable(VariableVelocity::Table(rows)) => {
-            if rows.is_empty() {
-                let (key, remedy) = (format!("{key}.table"), "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]");
-                return Err(document.error(&key, &format!("`{key}` is empty"), "no row", remedy));
+            VectorSection::Variable(VariableVector::Table(rows)) => {
+                if rows.is_empty() {
+                    let (key, remedy) =
+                        (format!("{key}.table"), "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]");
+                    return Err(document.error(&key, &format!("`{key}` is empty"), "no row", remedy));
+                }
+                if let Some(n) = (1..rows.len()).find(|&n| rows[n][0] <= rows[n - 1][0]) {
+                    let (wanted, key) =
+                        (format!("later than {} s", rows[n - 1][0]), format!("{key}.table.{n}"));
+                    let remedy = "the first number of a row is its time (s); rows are in the order of time";
+                    return Err(document.out_of_range(&key, rows[n][0], &wanted, remedy));
+                }
             }
-            if let Some(n) = (1..rows.len()).find(|&n| rows[n][0] <= rows[n - 1][0]) {
-                let (before, key) = (rows[n - 1][0], format!("{key}.table.{n}"));
-                let remedy = "the first number of a row is its time (s); rows are in the order of time";
-                return Err(document.out_of_range(
-                    &key,
-                    rows[n][0],
-                    &format!("later than {before} s"),
-                    remedy,
-                ));
-            }
-            Ok(TimeFunction::Table(rows.iter().map(|[t, x, y, z]| (*t, Vec3::new(*x, *y, *z))).collect()))
         }
     }
+    Ok(())
 }
 
 /// Refuses an initial velocity of a listed particle where its section prescribes the velocity.
@@ -156,8 +155,8 @@ fn refuse_velocities(document: &Document, key: &str, entry: &Entry, motion: &Pre
 #[cfg(test)]
 mod tests {
     use crate::case::{Setup, from_text};
-    use crate::math::Vec3;
-    use crate::particle::{PrescribedMotion, TimeFunction};
+    use crate::math::{TimeFunction, Vec3};
+    use crate::particle::PrescribedMotion;
 
     fn setup(motion: &str) -> Setup {
         let text = "domain.size = [4e-3, 4e-3, 4e-3]\n\

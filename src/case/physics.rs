@@ -15,10 +15,9 @@ use crate::coupling::{Homogenised, Method, Saturated};
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::fluid::Collision;
-use crate::math::Vec3;
+use crate::math::{TimeFunction, Vec3};
 use crate::particle::Template;
 use crate::units::Units;
-use crate::wall::Motion;
 
 /// Magic parameter with which the drag of partially saturated cells depends least on the relaxation time and the resolution
 /// (validation/drag).
@@ -47,7 +46,7 @@ pub(super) fn fluid(
     let viscosity = viscosity(document, section, &reference)?;
     let (units, relaxation_time) = time(lattice, domain.dx, viscosity, density);
     let (collision, coupling) = collision(document, lattice)?;
-    let (body_acceleration, zero_net_flux) =
+    let (body_acceleration, net_flux) =
         driven(document, driving, domain.periodic(), || flux_is_known_to_vanish(domain, walls, gravity))?;
     let scales = reference.scales(viscosity);
     let start = match section.start {
@@ -61,7 +60,7 @@ pub(super) fn fluid(
         collision,
         coupling,
         force_balance: driving.force_balance.unwrap_or_default(),
-        zero_net_flux,
+        net_flux,
         control_rate: (scales.stokes_velocity.abs() / diameter).max(viscosity / (diameter * diameter)),
         body_acceleration,
         start,
@@ -140,34 +139,54 @@ pub(super) fn lubrication(
 /// True if nothing but the controller keeps the fluid from falling or rising, and no wall drags it along.
 fn flux_is_known_to_vanish(domain: &Domain, walls: &[PlacedWall], gravity: Vec3) -> bool {
     let closed = (0..3).any(|i| !domain.is_periodic(i) && gravity[i] != 0.0);
-    let still = Vec3::zeros();
-    let moves = |motion: &Motion| motion.velocity != still || motion.angular_velocity != still;
-    !closed && !walls.iter().any(|placed| moves(&placed.wall.motion))
+    !closed && walls.iter().all(|placed| placed.wall.motion.rests())
 }
 
-/// Body acceleration (m/s^2), and the directions in which the net flux is controlled: periodic ones along which no body
-/// acceleration drives a flow, if the case asks for it, or by default if the flux is known to `vanish`.
+/// Body acceleration (m/s^2), and the net flux (m/s) in the directions in which it is controlled: periodic ones along which no body
+/// acceleration drives a flow, if the case asks for it, or by default at zero if the flux is known to `vanish`.
 fn driven(
     document: &Document,
     driving: &DrivingSection,
     periodic: [bool; 3],
     vanishes: impl Fn() -> bool,
-) -> Result<(Vec3, [bool; 3])> {
-    let (key, flux) = ("driving.body_acceleration", "driving.zero_net_flux");
-    let vector = driving.body_acceleration;
-    let drives = |i: usize| periodic[i] && vector[i] != 0.0;
-    if let (Some(true), Some(axis)) = (driving.zero_net_flux, (0..3).find(|&i| drives(i))) {
-        let axis = ["x", "y", "z"][axis];
+) -> Result<(TimeFunction, [Option<f64>; 3])> {
+    let (key, zero, target) = ("driving.body_acceleration", "driving.zero_net_flux", "driving.net_flux");
+    let (function, axes) = (driving.body_acceleration.function(), ["x", "y", "z"]);
+    let drives = |i: usize| periodic[i] && function.largest()[i] != 0.0;
+    let driven = (0..3).find(|&i| drives(i));
+    if let (Some(true), Some(axis)) = (driving.zero_net_flux, driven) {
+        let axis = axes[axis];
         return Err(document.error_at(
-            &[(flux, "removes the flow"), (key, &format!("drives a flow along {axis}"))],
-            &format!("`{flux}` = true removes the flow that `{key}` drives along {axis}"),
+            &[(zero, "removes the flow"), (key, &format!("drives a flow along {axis}"))],
+            &format!("`{zero}` = true removes the flow that `{key}` drives along {axis}"),
             "leave `zero_net_flux` out: the net flux is then controlled only where nothing drives it; or remove \
              `body_acceleration`",
         ));
     }
-    let wanted = driving.zero_net_flux.unwrap_or_else(vanishes);
-    let controlled = std::array::from_fn(|i| wanted && periodic[i] && !drives(i));
-    Ok((vector.into(), controlled))
+    if let Some(flux) = driving.net_flux {
+        if driving.zero_net_flux.is_some() {
+            let marks = [(target, "the flux that is kept"), (zero, "keeps none, or lets it go")];
+            let title = format!("`{target}` and `{zero}` both say what the net flux is");
+            return Err(document.error_at(&marks, &title, "remove one of them"));
+        }
+        if let Some(axis) = (0..3).find(|&i| flux[i] != 0.0 && !periodic[i]) {
+            let title =
+                format!("`{target}` is {} m/s along {}, which is closed by walls", flux[axis], axes[axis]);
+            let remedy = "take 0 there, or open the direction by `domain.periodic`";
+            return Err(document.error(&format!("{target}.{axis}"), &title, "no way through", remedy));
+        }
+        if let Some(axis) = (0..3).find(|&i| flux[i] != 0.0 && drives(i)) {
+            let axis = axes[axis];
+            let marks =
+                [(target, "the flux that is kept"), (key, &*format!("drives a flow along {axis} too"))];
+            let title = format!("`{target}` and `{key}` both drive the flow along {axis}");
+            return Err(document.error_at(&marks, &title, "give one of them along a direction"));
+        }
+    }
+    let wanted = driving.net_flux.is_some() || driving.zero_net_flux.unwrap_or_else(vanishes);
+    let flux = driving.net_flux.unwrap_or_default();
+    let controlled = std::array::from_fn(|i| (wanted && periodic[i] && !drives(i)).then_some(flux[i]));
+    Ok((function, controlled))
 }
 
 /// Kinematic viscosity (m^2/s), from whichever number the case gives.

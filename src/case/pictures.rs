@@ -2,7 +2,8 @@
 
 use super::checks::Document;
 use super::file::{
-    BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice, WallSection, WallShape,
+    BodyColour, PictureSection, Quantity, SliceSection, VectorSection, ViewSection, ViewSlice, WallSection,
+    WallShape,
 };
 use crate::error::Result;
 use crate::math::Vec3;
@@ -115,20 +116,25 @@ fn picture(document: &Document, key: &str, section: &PictureSection, size: Vec3)
 
 /// Quantities that show a flow between sliding walls: the velocity, with its sign, along the fastest of them; without one the speed.
 fn along_sliding_wall(document: &Document) -> (Quantity, BodyColour) {
+    let fastest = |velocity: &VectorSection| {
+        let function = velocity.function();
+        function.constant().unwrap_or_else(|| function.largest())
+    };
     // In dry runs a face may also move towards the box.
     let faces = document.case.domain.faces.iter().map(|(name, face)| {
         let axis = super::file::FACES.iter().position(|face| face == name).map(|n| n / 2);
-        Vec3::from_fn(|i, _| if Some(i) == axis { 0.0 } else { face.velocity[i] })
+        let velocity = fastest(&face.velocity);
+        Vec3::from_fn(|i, _| if Some(i) == axis { 0.0 } else { velocity[i] })
     });
     let slides = |wall: &&WallSection| match &wall.shape {
         WallShape::Plane(plane) => {
-            Vec3::from(plane.normal).normalize().dot(&Vec3::from(wall.velocity).normalize()).abs() < SLIDING
+            Vec3::from(plane.normal).normalize().dot(&fastest(&wall.velocity).normalize()).abs() < SLIDING
         }
         _ => true,
     };
-    let walls = document.case.walls.iter().filter(slides).map(|wall| Vec3::from(wall.velocity));
-    let fastest = faces.chain(walls).max_by(|a, b| a.norm().total_cmp(&b.norm()));
-    match fastest.filter(|velocity| *velocity != Vec3::zeros()).map(|velocity| velocity.iamax()) {
+    let walls = document.case.walls.iter().filter(slides).map(|wall| fastest(&wall.velocity));
+    let first = faces.chain(walls).max_by(|a, b| a.norm().total_cmp(&b.norm()));
+    match first.filter(|velocity| *velocity != Vec3::zeros()).map(|velocity| velocity.iamax()) {
         Some(0) => (Quantity::VelocityX, BodyColour::VelocityX),
         Some(1) => (Quantity::VelocityY, BodyColour::VelocityY),
         Some(_) => (Quantity::VelocityZ, BodyColour::VelocityZ),

@@ -132,7 +132,7 @@ impl Review<'_> {
             self.present.iter().any(|&template| setup.motions[template].rests() && !is_placed(template));
         if let Some(flow) = setup.driven_flow().filter(|_| !unknown) {
             let key = "driving.body_acceleration";
-            let acceleration = fluid.body_acceleration.norm();
+            let acceleration = fluid.body_acceleration.largest().norm();
             let doubt = (acceleration > 100.0).then(|| {
                 format!(
                     "it is in m/s^2, the gradient of the pressure over the density: is {:.4} meant, from \
@@ -142,6 +142,9 @@ impl Review<'_> {
             });
             follow(&format!("the flow that `{key}` drives in this run"), flow.speed, key, doubt)?;
         }
+        let flux = fluid.net_flux.map(Option::unwrap_or_default);
+        let key = "driving.net_flux";
+        follow(&format!("the flow of `{key}`"), crate::math::Vec3::from(flux).norm(), key, None)?;
         Ok(warnings)
     }
 

@@ -8,7 +8,7 @@ use super::file::PositionsBy;
 use super::files::{Files, OwnShapes};
 use super::kinds::Kinds;
 use super::materials::Materials;
-use super::motion::{buoyancy, motions};
+use super::motion::{buoyancy, motions, refuse_vectors};
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Review;
@@ -150,7 +150,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         }
         Medium::Dry(section) => (dry::time_step(section, substeps, templates, &model), None),
     };
-    let motions = motions(document, time_step)?;
+    refuse_vectors(document, time_step)?;
+    let motions = motions(document)?;
     let prescribed = kinds.of_each(|section, _| motions[section].is_complete());
     let placer = Placer {
         document,

@@ -124,8 +124,8 @@ impl Builder<'_> {
                         "close the directions along a face that turns, or let it slide by `velocity`";
                     return Err(self.document.error(&format!("{key}.rotation"), &title, "turns", remedy));
                 }
-                motion.velocity = face.velocity.into();
-                motion.angular_velocity = Vec3::ith(axis, face.rotation);
+                motion.velocity = face.velocity.function();
+                motion.angular_velocity = Vec3::ith(axis, face.rotation).into();
                 let key = format!("{key}.material");
                 material = self.materials.index(self.document, &key, face.material.as_ref())?;
             }
@@ -162,8 +162,8 @@ impl Builder<'_> {
             WallShape::Rod(rod) => round(rod, "rod", false)?,
         };
         let motion = Motion {
-            velocity: section.velocity.into(),
-            angular_velocity: section.angular_velocity.into(),
+            velocity: section.velocity.function(),
+            angular_velocity: section.angular_velocity.function(),
             pivot: section.pivot.unwrap_or(point).into(),
         };
         let material =

@@ -190,11 +190,14 @@ pub struct ReferenceScales {
     pub schiller_naumann_reynolds: f64,
 }
 
-/// The controller that removes the mean volume flux, and the accelerations that it has added to the fluid.
+/// The controller of the mean volume flux, and the accelerations that it has added to the fluid.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct NetFluxControl {
     /// Directions x, y, z along which it acts.
     pub directions: [bool; 3],
+    /// Mean volume flux that it keeps (m/s); 0 in files of older versions.
+    #[serde(default)]
+    pub target: [f64; 3],
     /// Mean acceleration over all steps, from the branching point on for a branch (m/s^2).
     pub mean_acceleration: [f64; 3],
     /// Largest magnitude of the acceleration in a step (m/s^2).
@@ -221,9 +224,9 @@ pub struct WallSummary {
     pub name: String,
     /// `"plane"`, `"pipe"` (free inside) or `"rod"` (free outside).
     pub kind: String,
-    /// Velocity of its pivot (m/s).
+    /// Velocity of its pivot (m/s), at the end.
     pub velocity: [f64; 3],
-    /// Angular velocity (1/s).
+    /// Angular velocity (1/s), at the end.
     pub angular_velocity: [f64; 3],
 }
 
@@ -322,6 +325,7 @@ mod tests {
             force_balance: None,
             net_flux_control: Some(NetFluxControl {
                 directions: [false, false, true],
+                target: [0.0; 3],
                 mean_acceleration: [0.0, 0.0, 1e-3],
                 largest_acceleration: 0.02,
             }),

@@ -156,10 +156,10 @@ mod tests {
     fn the_file_says_which_wall_it_is_and_how_it_moves() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("walls.vtp");
-        let wall = |normal: Vec3, point, velocity| Wall {
+        let wall = |normal: Vec3, point, velocity: Vec3| Wall {
             name: "plate".to_owned(),
             surface: Surface::Plane { point, normal },
-            motion: Motion { velocity, ..Motion::default() },
+            motion: Motion { velocity: velocity.into(), ..Motion::default() },
             material: 0,
         };
         let walls = [

@@ -11,6 +11,7 @@ use crate::checkpoint::{CaseText, Head};
 use crate::dem::states;
 use crate::engine::EngineChoice;
 use crate::error::{Error, Result};
+use crate::math::Vec3;
 use crate::output::OutputFiles;
 use crate::wall::{Surface, Wall};
 use serde_json::Value as Json;
@@ -191,10 +192,17 @@ fn cannot_continue(what: &str) -> Error {
 
 /// True if a wall without a fluid is where it was though its motion differs.
 fn stays(then: &Wall, now: &Wall) -> bool {
-    let differs = now.motion.velocity - then.motion.velocity;
+    let Surface::Plane { normal, .. } = then.surface else {
+        return then.motion == now.motion;
+    };
+    // To the bit the same motion across the plane.
+    let slides = |wall: &Wall| wall.motion.velocity.span().iter().all(|v| v.dot(&normal) == 0.0);
+    let differs = |[then, now]: [Vec3; 2]| (now - then).dot(&normal);
+    let steady = [then, now].map(|wall| wall.motion.velocity.constant());
     then.motion == now.motion
         || then.motion.angular_velocity == now.motion.angular_velocity
-            && matches!(then.surface, Surface::Plane { normal, .. } if differs.dot(&normal) == 0.0)
+            && (slides(then) && slides(now)
+                || matches!(steady, [Some(then), Some(now)] if differs([then, now]) == 0.0))
 }
 
 /// These fields of each object of a list.

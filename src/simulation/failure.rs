@@ -22,12 +22,14 @@ pub(super) fn hint(setup: &Setup) -> String {
         let settling = lattice("u* ", fluid.map_or(0.0, |fluid| fluid.scales.schiller_naumann_velocity));
         drives.push(format!("gravity {}{settling}", vector(setup.gravity)));
     }
-    if let Some(fluid) = fluid.filter(|fluid| fluid.body_acceleration != Vec3::zeros()) {
+    if let Some(fluid) = fluid.filter(|fluid| !fluid.body_acceleration.is_zero()) {
         let flow = setup.driven_flow().map_or(String::new(), |flow| lattice("up to ", flow.speed));
-        drives.push(format!("body_acceleration {}{flow}", vector(fluid.body_acceleration)));
+        let steady = fluid.body_acceleration.constant();
+        let up_to = if steady.is_some() { "" } else { "of up to " };
+        let drive = steady.unwrap_or_else(|| fluid.body_acceleration.largest());
+        drives.push(format!("body_acceleration {up_to}{}{flow}", vector(drive)));
     }
-    let still = |v: Vec3| v == Vec3::zeros();
-    if setup.walls.iter().any(|wall| !still(wall.motion.velocity) || !still(wall.motion.angular_velocity)) {
+    if setup.walls.iter().any(|wall| !wall.motion.rests()) {
         drives.push("moving walls".to_string());
     }
     let started = setup.particles.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);

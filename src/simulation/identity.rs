@@ -3,7 +3,7 @@
 //! Every key and every name of a choice is spelled out below, those of the contact model in the tests, so that renaming a type or a field
 //! changes no identity. The hash is that of one text in [canonical form](canonical), which has
 //!
-//! - of the fluid its density, collision, coupling, force balance, flux control, body acceleration and flow at the start;
+//! - of the fluid its density, collision, coupling, force balance, flux control and its target, body acceleration and flow at the start;
 //! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
 //! - volume, inertia, density and material of each template, and its motion as far as it is prescribed;
 //! - the contents of the files that the case names.
@@ -15,8 +15,8 @@ use crate::case::{Couette, FluidSetup, Setup};
 use crate::contact::{ContactModel, ElasticLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::fluid::Collision;
-use crate::math::Vec3;
-use crate::particle::{PrescribedMotion, Template, TimeFunction};
+use crate::math::{TimeFunction, Vec3};
+use crate::particle::{PrescribedMotion, Template};
 use crate::wall::{Surface, Wall};
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
@@ -124,13 +124,17 @@ fn fluid(fluid: &FluidSetup) -> Json {
         Method::Saturated(saturated) => (saturated.operator.name(), None),
     };
     let mut json = json!({
-        "body_acceleration": vector(fluid.body_acceleration),
+        "body_acceleration": function(&fluid.body_acceleration),
         "collision": collision(fluid.collision),
         "coupling": { "operator": operator, "ramp_width": ramp_width },
         "density": fluid.density,
         "force_balance": balance_name(fluid.force_balance),
-        "zero_net_flux": fluid.zero_net_flux,
+        "zero_net_flux": fluid.net_flux.map(|flux| flux.is_some()),
     });
+    let target = Vec3::from(fluid.net_flux.map(Option::unwrap_or_default));
+    if target != Vec3::zeros() {
+        json["net_flux"] = json!(vector(target));
+    }
     if let Some(Couette { axis, lower, gradient }) = fluid.start {
         json["start"] = json!({ "axis": axis, "gradient": vector(gradient), "lower": vector(lower) });
     }
@@ -183,8 +187,8 @@ fn template((template, prescribed): (&Template, &PrescribedMotion)) -> Json {
     json
 }
 
-fn motion(motion: &PrescribedMotion) -> Json {
-    let function = |function: &TimeFunction| match function {
+fn function(function: &TimeFunction) -> Json {
+    match function {
         TimeFunction::Constant(value) => json!(vector(*value)),
         TimeFunction::Oscillation { mean, amplitude, frequency, phase } => json!({
             "amplitude": vector(*amplitude),
@@ -195,7 +199,10 @@ fn motion(motion: &PrescribedMotion) -> Json {
         TimeFunction::Table(rows) => {
             rows.iter().map(|(time, value)| json!([time, vector(*value)])).collect::<Vec<_>>().into()
         }
-    };
+    }
+}
+
+fn motion(motion: &PrescribedMotion) -> Json {
     json!({
         "angular_velocity": function(&motion.angular_velocity),
         "free": motion.free,
@@ -217,12 +224,12 @@ fn wall(wall: &Wall) -> Json {
         }),
     };
     json!({
-        "angular_velocity": vector(wall.motion.angular_velocity),
+        "angular_velocity": function(&wall.motion.angular_velocity),
         "material": wall.material,
         "name": wall.name,
         "pivot": vector(wall.motion.pivot),
         "surface": surface,
-        "velocity": vector(wall.motion.velocity),
+        "velocity": function(&wall.motion.velocity),
     })
 }
 

@@ -71,7 +71,9 @@ impl Simulation {
         planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
     ) -> Result<()> {
         let mut outcome = self.dem.restore(&self.comm, engines);
-        if let Some(FluidSystem { fluid, coupling, driving, .. }) = &mut self.system {
+        if let Some(system) = &mut self.system {
+            system.move_walls(step.checked_sub(1));
+            let FluidSystem { fluid, coupling, driving, .. } = system;
             let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
             fluid.resume();
             let known = coupling.restore(self.dem.particles(), couplings).map_err(Error::Input);

@@ -279,10 +279,10 @@ fn elastic_contacts_have_the_force_of_hertz_away_from_each_other() {
 /// A closed box with walls on its z faces.
 fn tank(velocity: Vec3) -> (Domain, Vec<Wall>) {
     let domain = Domain { faces: Domain::faces([true, true, false]), ..DOMAIN };
-    let wall = |name: &str, height: f64, up: f64, velocity| Wall {
+    let wall = |name: &str, height: f64, up: f64, velocity: Vec3| Wall {
         name: name.to_owned(),
         surface: Surface::Plane { point: Vec3::new(0.0, 0.0, height), normal: Vec3::z() * up },
-        motion: Motion { velocity, ..Motion::default() },
+        motion: Motion { velocity: velocity.into(), ..Motion::default() },
         material: 0,
     };
     let top = domain.size().z;

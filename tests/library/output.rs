@@ -270,7 +270,7 @@ fn tank_walls() -> Vec<Wall> {
     let plane = |name: &str, point: Vec3, normal: Vec3, velocity: Vec3| Wall {
         name: name.to_owned(),
         surface: Surface::Plane { point, normal },
-        motion: Motion { velocity, ..Motion::default() },
+        motion: Motion { velocity: velocity.into(), ..Motion::default() },
         material: 0,
     };
     let size = TANK.size();

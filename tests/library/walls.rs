@@ -33,13 +33,13 @@ fn setup(speed: f64) -> Setup {
     setup.particles.clear();
     // A sliding wall means a net flux.
     let fluid = setup.fluid.as_mut().unwrap();
-    fluid.zero_net_flux = [false; 3];
+    fluid.net_flux = [None; 3];
     fluid.collision = Collision::Trt { magic: 0.1875 };
     setup.domain.faces = Domain::faces([true, true, false]);
-    let wall = |name: &str, point, normal, velocity| Wall {
+    let wall = |name: &str, point, normal, velocity: Vec3| Wall {
         name: name.into(),
         surface: Surface::Plane { point, normal },
-        motion: Motion { velocity, ..Motion::default() },
+        motion: Motion { velocity: velocity.into(), ..Motion::default() },
         material: 0,
     };
     let height = setup.domain.size();
@@ -80,7 +80,7 @@ fn a_fluid_that_gets_too_fast_in_the_last_steps_is_found_at_the_end() {
     let mut setup = setup(0.0);
     // From rest to the limit in three steps, between two measurements.
     let acceleration = 0.15 * setup.units().acceleration();
-    setup.fluid.as_mut().unwrap().body_acceleration = Vec3::x() * acceleration;
+    setup.fluid.as_mut().unwrap().body_acceleration = (Vec3::x() * acceleration).into();
     let cut = Decomposition::new(setup.domain, 1).unwrap();
     let mut simulation = Simulation::new(&setup, &cut, Comm::Solo).unwrap();
     for _ in 0..2 {

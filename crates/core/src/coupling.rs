@@ -38,7 +38,9 @@ use crate::shape::Shape;
 use crate::units::Units;
 pub use any_fluid::AnyFluid;
 use cover::Cover;
-pub use driving::{CONTROL_INTERVAL, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow};
+pub use driving::{
+    CONTROL_INTERVAL, Control, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow, Resistance,
+};
 pub use homogenised::Homogenised;
 pub use light::VirtualMass;
 use mapper::Mapper;

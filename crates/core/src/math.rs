@@ -1,9 +1,11 @@
-//! Vectors, rotations, and the fixed-point sums that make results independent of summation order.
+//! Vectors, rotations, functions of time, and the fixed-point sums that make results independent of summation order.
 
 mod reproducible;
+mod time_function;
 
 pub use nalgebra;
 pub use reproducible::{ReproducibleSum, magnitude};
+pub use time_function::TimeFunction;
 
 /// Vector in three dimensions.
 pub type Vec3 = nalgebra::Vector3<f64>;

@@ -5,7 +5,7 @@ mod motion;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::shape::{Part, Shape};
 use bytemuck::{Pod, Zeroable};
-pub use motion::{PrescribedMotion, TimeFunction};
+pub use motion::PrescribedMotion;
 use std::sync::Arc;
 
 /// Geometry and material common to many particles.

@@ -2,7 +2,7 @@
 //!
 //! A wall is the part of space behind its surface. SI units, world frame.
 
-use crate::math::Vec3;
+use crate::math::{TimeFunction, Vec3};
 
 /// The surface of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,23 +77,27 @@ impl Surface {
         }
     }
 
-    /// The same surface after a steady motion of `time` (s): turned about the pivot, then carried along with it.
+    /// The same surface at a time (s) of a motion: turned about the pivot, then carried along with it.
     ///
     /// Exact at any time, up to rounding: nothing is added up from step to step.
     #[must_use]
     pub fn moved(&self, motion: &Motion, time: f64) -> Self {
-        if *motion == (Motion { pivot: motion.pivot, ..Motion::default() }) {
+        if motion.rests() {
             return *self;
         }
-        let way = motion.velocity * time;
-        let speed = motion.angular_velocity.norm();
+        let way = motion.velocity.integral(0.0, time);
+        let (turn, time) = match motion.angular_velocity.constant() {
+            Some(steady) => (steady, time),
+            None => (motion.angular_velocity.integral(0.0, time), 1.0),
+        };
+        let speed = turn.norm();
         let mut moved = *self;
         let (point, direction) = match &mut moved {
             Self::Plane { point, normal } => (point, normal),
             Self::Cylinder { point, axis, .. } => (point, axis),
         };
         if speed > 0.0 {
-            let axis = motion.angular_velocity / speed;
+            let axis = turn / speed;
             let (sine, cosine) = libm::sincos(speed * time);
             // Rodrigues: along the axis, and round it.
             let turned =
@@ -116,15 +120,27 @@ impl Surface {
     }
 }
 
-/// Steady rigid-body motion of a wall.
-#[derive(Clone, Copy, Debug, PartialEq, Default)]
+/// Rigid-body motion of a wall.
+#[derive(Clone, Debug, PartialEq, Default)]
 pub struct Motion {
     /// Velocity of the pivot (m/s).
-    pub velocity: Vec3,
-    /// Angular velocity about the pivot (1/s).
-    pub angular_velocity: Vec3,
+    pub velocity: TimeFunction,
+    /// Angular velocity about the pivot (1/s), always along the same axis.
+    pub angular_velocity: TimeFunction,
     /// A point of the wall at the time 0 (m).
     pub pivot: Vec3,
+}
+
+impl Motion {
+    /// True if it never moves.
+    pub fn rests(&self) -> bool {
+        self.velocity.is_zero() && self.angular_velocity.is_zero()
+    }
+
+    /// True if it is the same at all times.
+    pub fn is_steady(&self) -> bool {
+        self.velocity.constant().is_some() && self.angular_velocity.constant().is_some()
+    }
 }
 
 /// A wall.
@@ -148,8 +164,9 @@ impl Wall {
 
     /// Velocity of its material at a position and time (m/s).
     pub fn velocity(&self, at: Vec3, time: f64) -> Vec3 {
-        let pivot = self.motion.pivot + self.motion.velocity * time;
-        self.motion.velocity + self.motion.angular_velocity.cross(&(at - pivot))
+        let Motion { velocity, angular_velocity, pivot } = &self.motion;
+        let pivot = pivot + velocity.integral(0.0, time);
+        velocity.at(time) + angular_velocity.at(time).cross(&(at - pivot))
     }
 }
 
@@ -178,7 +195,11 @@ mod tests {
         let wall = Wall {
             name: "disc".into(),
             surface: Surface::Plane { point: Vec3::zeros(), normal: Vec3::z() },
-            motion: Motion { velocity: Vec3::x(), angular_velocity: 2.0 * Vec3::z(), pivot: Vec3::zeros() },
+            motion: Motion {
+                velocity: Vec3::x().into(),
+                angular_velocity: (2.0 * Vec3::z()).into(),
+                pivot: Vec3::zeros(),
+            },
             material: 0,
         };
         let velocity = wall.velocity(Vec3::new(3.0, 1.0, 0.0), 2.0);
@@ -188,14 +209,22 @@ mod tests {
     #[test]
     fn a_moved_surface_keeps_its_distance_to_the_matter_that_moves_with_it() {
         let axis = Vec3::new(0.6, 0.0, 0.8);
-        let motion = Motion {
-            velocity: Vec3::new(0.3, -0.2, 0.1),
-            angular_velocity: Vec3::new(0.5, 2.0, -1.0),
+        let steady = Motion {
+            velocity: Vec3::new(0.3, -0.2, 0.1).into(),
+            angular_velocity: Vec3::new(0.5, 2.0, -1.0).into(),
             pivot: Vec3::new(1.0, 0.5, -0.5),
+        };
+        let swing =
+            |mean: Vec3, amplitude| TimeFunction::Oscillation { mean, amplitude, frequency: 0.7, phase: 1.0 };
+        let shaken = Motion {
+            velocity: swing(Vec3::zeros(), Vec3::new(0.3, -0.2, 0.1)),
+            angular_velocity: swing(Vec3::new(0.2, 0.8, -0.4), Vec3::new(-0.5, -2.0, 1.0)),
+            ..steady
         };
         let plane = Surface::Plane { point: Vec3::new(0.2, 0.1, 0.0), normal: axis };
         let pipe = Surface::Cylinder { point: Vec3::new(0.2, 0.1, 0.0), axis, radius: 2.0, pipe: true };
-        for surface in [plane, pipe] {
+        let cases = [steady, shaken].into_iter().flat_map(|motion| [(plane, motion.clone()), (pipe, motion)]);
+        for (surface, motion) in cases {
             let wall = Wall { name: "moving".into(), surface, motion, material: 0 };
             // A point that moves with the wall, followed in small steps of second order.
             let mut dust = Vec3::new(-0.4, 0.7, 1.1);
@@ -219,7 +248,7 @@ mod tests {
         let surface = Surface::Plane { point: Vec3::new(0.1, 0.2, 0.3), normal: Vec3::new(0.6, 0.0, 0.8) };
         let still = Motion { pivot: Vec3::x(), ..Motion::default() };
         assert_eq!(surface.moved(&still, 1e3), surface);
-        let sliding = Motion { velocity: Vec3::new(0.8, 0.0, -0.6), ..still };
+        let sliding = Motion { velocity: Vec3::new(0.8, 0.0, -0.6).into(), ..still };
         let moved = surface.moved(&sliding, 7.0);
         assert_eq!(moved.normal(Vec3::zeros()), surface.normal(Vec3::zeros()));
         assert!((moved.distance(Vec3::x()) - surface.distance(Vec3::x())).abs() < 1e-14);

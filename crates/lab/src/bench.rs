@@ -88,8 +88,8 @@ fn without_particles(setup: &Setup) -> Setup {
     // Something must move, without getting fast in any number of steps that a benchmark takes.
     let units = setup.units();
     if let Some(fluid) = &mut setup.fluid {
-        fluid.zero_net_flux = [false; 3];
-        fluid.body_acceleration = Vec3::x() * (1e-7 * units.acceleration());
+        fluid.net_flux = [None; 3];
+        fluid.body_acceleration = (Vec3::x() * (1e-7 * units.acceleration())).into();
     }
     setup
 }

@@ -11,6 +11,8 @@ mod friction;
 mod hertz;
 mod hindered_settling;
 mod liggghts;
+mod net_flux;
+mod oscillating_flow;
 mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
@@ -52,6 +54,8 @@ pub const CASES: &[Case] = &[
     taylor_green::CASE,
     channel::CASE,
     sphere_array::CASE,
+    oscillating_flow::CASE,
+    net_flux::CASE,
     periodic_settling::CASE,
     rising_sphere::CASE,
     prescribed_motion::CASE,

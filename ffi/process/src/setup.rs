@@ -212,16 +212,17 @@ impl WallSection {
                 }
             }
         };
-        let (name, velocity) = (wall.name.clone(), wall.motion.velocity.into());
+        let (name, velocity) = (wall.name.clone(), wall.motion.velocity.at(0.0).into());
         Self { name, material: wall.material, velocity, surface }
     }
 }
 
-/// The reason why no engine of the protocol has this wall: its surface would not stay where it is.
+/// The reason why no engine of the protocol has this wall: its surface would not stay where it is, or its velocity not the same.
 pub fn wall_flaw(wall: &Wall) -> Option<&'static str> {
-    let velocity = wall.motion.velocity;
+    let velocity = wall.motion.velocity.at(0.0);
     match wall.surface {
-        _ if wall.motion.angular_velocity != Vec3::zeros() => Some("turns"),
+        _ if !wall.motion.is_steady() => Some("varies its velocity"),
+        _ if !wall.motion.angular_velocity.is_zero() => Some("turns"),
         Surface::Plane { normal, .. } if velocity.dot(&normal).abs() > 1e-9 * velocity.norm() => {
             Some("moves along its normal")
         }

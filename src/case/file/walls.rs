@@ -1,5 +1,6 @@
 //! Faces of the box and other walls as the user writes them.
 
+use super::motion::VectorSection;
 use crate::document::{one_of, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -24,9 +25,10 @@ pub(super) fn faces(generator: &mut SchemaGenerator) -> Schema {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaceSection {
-    /// Velocity (m/s), along the face. Default `[0, 0, 0]`.
+    /// Velocity (m/s), along the face: `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
+    /// `{ table = [[t, x, y, z], ...] }`. Default `[0, 0, 0]`.
     #[serde(default)]
-    pub velocity: [f64; 3],
+    pub velocity: VectorSection,
     /// Angular velocity (1/s) about the axis of its direction (x, y or z, for both faces) through the middle of the
     /// face. Default 0.
     #[serde(default)]
@@ -44,12 +46,13 @@ pub struct WallSection {
     /// Its surface.
     #[serde(flatten)]
     pub shape: WallShape,
-    /// Velocity of the pivot (m/s). Default `[0, 0, 0]`.
+    /// Velocity of the pivot (m/s): `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
+    /// `{ table = [[t, x, y, z], ...] }`. Default `[0, 0, 0]`.
     #[serde(default)]
-    pub velocity: [f64; 3],
-    /// Angular velocity about the pivot (1/s). Default `[0, 0, 0]`.
+    pub velocity: VectorSection,
+    /// Angular velocity about the pivot (1/s), along one axis, with the forms of `velocity`. Default `[0, 0, 0]`.
     #[serde(default)]
-    pub angular_velocity: [f64; 3],
+    pub angular_velocity: VectorSection,
     /// A point that the wall turns about (m). Default: the point of the plane or of the axis.
     pub pivot: Option<[f64; 3]>,
     /// Name of its material. Default "default", which is that of `[contact]`.

@@ -44,14 +44,15 @@ pub(super) fn summary(
         state_hash: format!("{hash:016x}"),
         dry: fluid.is_none(),
         shapes: shapes(setup, simulation.counts()),
-        walls: walls(setup),
+        walls: walls(setup, simulation.time()),
         collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),
         coupling: fluid.map(|fluid| fluid.coupling.name().to_owned()),
         force_balance: fluid.map(|fluid| balance_name(fluid.force_balance).to_owned()),
         net_flux_control: fluid.map(|fluid| {
             let record = simulation.control_record();
             NetFluxControl {
-                directions: fluid.zero_net_flux,
+                directions: fluid.net_flux.map(|flux| flux.is_some()),
+                target: fluid.net_flux.map(Option::unwrap_or_default),
                 mean_acceleration: record.mean(steps).into(),
                 largest_acceleration: record.largest,
             }
@@ -107,13 +108,13 @@ fn shapes(setup: &Setup, counts: &[i64]) -> Vec<ShapeSummary> {
         .collect()
 }
 
-fn walls(setup: &Setup) -> Vec<WallSummary> {
+fn walls(setup: &Setup, time: f64) -> Vec<WallSummary> {
     (setup.walls.iter())
         .map(|wall| WallSummary {
             name: wall.name.clone(),
             kind: surface_name(&wall.surface).to_owned(),
-            velocity: wall.motion.velocity.into(),
-            angular_velocity: wall.motion.angular_velocity.into(),
+            velocity: wall.motion.velocity.at(time).into(),
+            angular_velocity: wall.motion.angular_velocity.at(time).into(),
         })
         .collect()
 }

@@ -165,7 +165,7 @@ fn double_precision_and_a_controlled_flux_go_on_to_the_bit() {
     let periodic = CASE.replace("periodic = [true, true, false]", "").replace("faces =", "#");
     let mut setup = setup(&periodic);
     setup.plan.precision = Precision::F64;
-    assert_eq!(setup.expect_fluid().zero_net_flux, [true; 3]);
+    assert_eq!(setup.expect_fluid().net_flux, [Some(0.0); 3]);
     continues(&setup, 20, 30, &[1, 5]);
     let cut = Decomposition::new(setup.domain, 1).unwrap();
     let mut simulation = Simulation::new(&setup, &cut, crate::comm::Comm::Solo).unwrap();

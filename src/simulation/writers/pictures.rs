@@ -276,8 +276,8 @@ fn weight(setup: &Setup) -> f64 {
 fn expected(setup: &Setup) -> f64 {
     let size = setup.domain.size();
     let walls = setup.walls.iter().map(|wall| {
-        let turning = wall.motion.angular_velocity.norm() * 0.5 * size.norm();
-        wall.motion.velocity.norm() + turning
+        let turning = wall.motion.angular_velocity.largest().norm() * 0.5 * size.norm();
+        wall.motion.velocity.largest().norm() + turning
     });
     let particles = (setup.particles.iter())
         .map(|p| p.velocity().norm().max(setup.prescribed_speed(p.template as usize)));
@@ -287,7 +287,8 @@ fn expected(setup: &Setup) -> f64 {
         let width = width.fold(f64::INFINITY, f64::min);
         let time = setup.end_time().min(width * width / (8.0 * fluid.viscosity));
         let settling = fluid.scales.schiller_naumann_velocity;
-        (settling, fluid.body_acceleration.norm() * time)
+        let flux = Vec3::from(fluid.net_flux.map(Option::unwrap_or_default)).norm();
+        (settling, fluid.body_acceleration.largest_integral(time).norm().max(flux))
     } else {
         let drop: f64 = (setup.gravity.iter().zip(&size)).map(|(g, length)| g.abs() * length).sum();
         (0.0, (2.0 * drop).sqrt())

@@ -6,7 +6,9 @@ use crate::comm::Comm;
 use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::{Boundary, CellState, F16, Flow, Fluid, FluidParams, Images, Precision, WallLoad};
+use crate::fluid::{
+    Boundary, CellState, F16, Flow, Fluid, FluidParams, Images, Precision, WallLoad, WallMotion,
+};
 
 /// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
 pub enum AnyFluid {
@@ -115,6 +117,11 @@ impl AnyFluid {
     /// As [`Coupling::sweep`]. Collective.
     pub fn sweep(&mut self, acceleration: [f64; 3], coupling: &mut Coupling, measure: bool) -> Option<Flow> {
         either!(self, fluid => coupling.sweep(fluid, acceleration, measure))
+    }
+
+    /// Gives the walls that vary their motion in the coming step, as [`Fluid::move_walls`].
+    pub fn move_walls(&mut self, motions: &[WallMotion]) {
+        either!(self, fluid => fluid.move_walls(motions));
     }
 
     /// As [`sweep`](Self::sweep), without particles and without measuring. Collective.

@@ -142,9 +142,9 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
     let decomposition = Decomposition::with_grid(domain, grid);
     let surfaces: Vec<Wall> = if scene.periodic[2] { Vec::new() } else { walls(&domain) };
     let lattice_walls = LatticeWalls::new(&surfaces, &UNITS);
-    let mut motions: Vec<WallMotion> = lattice_walls.motions().to_vec();
+    let mut motions: Vec<WallMotion> = lattice_walls.motions(None);
     if let Some(wall) = motions.get_mut(1) {
-        wall.velocity = [0.02, -0.01, 0.0];
+        (wall.velocity, wall.varies) = ([0.02, -0.01, 0.0], true);
     }
     let method = scene.method();
     let mut parts = on_threads(decomposition.ranks(), |comm| {
@@ -162,6 +162,11 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
         }
         let (mut loads, mut flows) = (Vec::new(), Vec::new());
         for step in 0..9 {
+            let mut motions = motions.clone();
+            for wall in motions.iter_mut().filter(|wall| wall.varies) {
+                wall.velocity = wall.velocity.map(|v| v * (1.0 - 0.2 * step as f64));
+            }
+            fluid.move_walls(&motions);
             let store = store(&decomposition, comm.rank(), scene, step);
             coupling.map(&store);
             let measured = fluid.sweep([1e-4, -2e-4, 3e-5], &mut coupling, step % 4 == 2);

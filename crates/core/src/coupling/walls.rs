@@ -1,29 +1,31 @@
-//! Walls as cells of the lattice: cells whose centres are in a wall, and steady motions in lattice units.
+//! Walls as cells of the lattice: cells whose centres are in a wall, and motions in lattice units.
 
 use crate::fluid::WallMotion;
-use crate::math::Vec3;
+use crate::math::{TimeFunction, Vec3};
 use crate::units::Units;
-use crate::wall::{Surface, Wall};
+use crate::wall::{Motion, Surface, Wall};
 
 /// Sines of angles and relative lengths below this count as zero.
 const TOLERANCE: f64 = 1e-9;
 
 /// Checks the motion of a wall in contact with fluid: its surface must not move, and the velocity of its material at
-/// a position must not change in time. So a plane slides along itself or turns about its normal (not both), and a
+/// a position must change with that of the wall alone. So a plane slides along itself or turns about its normal (not both), and a
 /// cylinder slides along its axis and turns about it.
 ///
 /// # Errors
 /// The motion that is not possible, as the end of a sentence that begins with the name of the wall.
 pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
-    let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
-    let along = |a: &Vec3, b: &Vec3| a.cross(b).norm() <= TOLERANCE * a.norm();
+    let [v, w] = [&wall.motion.velocity, &wall.motion.angular_velocity].map(TimeFunction::span);
+    let all_along =
+        |of: &[Vec3], axis: &Vec3| of.iter().all(|a| a.cross(axis).norm() <= TOLERANCE * a.norm());
+    let turns = !wall.motion.angular_velocity.is_zero();
     match wall.surface {
         Surface::Plane { normal, .. } => {
-            if v.dot(&normal).abs() > TOLERANCE * v.norm() {
+            if v.iter().any(|v| v.dot(&normal).abs() > TOLERANCE * v.norm()) {
                 Err("moves along its normal")
-            } else if !along(&w, &normal) {
+            } else if !all_along(&w, &normal) {
                 Err("turns about another axis than its normal")
-            } else if v != Vec3::zeros() && w != Vec3::zeros() {
+            } else if turns && !wall.motion.velocity.is_zero() {
                 Err("slides and turns at once")
             } else {
                 Ok(())
@@ -31,9 +33,9 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
         }
         Surface::Cylinder { point, axis, radius, .. } => {
             let off_axis = (wall.motion.pivot - point).cross(&axis).norm();
-            if !along(&v, &axis) {
+            if !all_along(&v, &axis) {
                 Err("moves across its axis")
-            } else if !along(&w, &axis) || (w != Vec3::zeros() && off_axis > TOLERANCE * radius) {
+            } else if !all_along(&w, &axis) || (turns && off_axis > TOLERANCE * radius) {
                 Err("turns about another axis than its own")
             } else {
                 Ok(())
@@ -46,55 +48,68 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
 #[derive(Clone, Debug)]
 pub struct LatticeWalls {
     surfaces: Vec<Surface>,
-    motions: Vec<WallMotion>,
-    dx: f64,
+    motions: Vec<Motion>,
+    units: Units,
 }
 
 impl LatticeWalls {
     /// From walls that pass [`check_motion`]; every closed face of the box is one of them.
     pub fn new(walls: &[Wall], units: &Units) -> Self {
-        let Units { dx, dt, .. } = *units;
         for wall in walls {
             if let Err(what) = check_motion(wall) {
                 panic!("wall {} {what}, which the fluid cannot follow", wall.name);
             }
         }
-        let motion = |wall: &Wall| WallMotion {
-            velocity: (wall.motion.velocity * (dt / dx)).into(),
-            angular_velocity: (wall.motion.angular_velocity * dt).into(),
-            pivot: (wall.motion.pivot / dx).into(),
-        };
         Self {
             surfaces: walls.iter().map(|wall| wall.surface).collect(),
-            motions: walls.iter().map(motion).collect(),
-            dx,
+            motions: walls.iter().map(|wall| wall.motion.clone()).collect(),
+            units: *units,
         }
     }
 
     /// The first wall that holds the centre of a cell.
     pub fn wall_of(&self, cell: [i64; 3]) -> Option<usize> {
-        let centre = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.dx));
+        let centre = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.units.dx));
         self.surfaces.iter().position(|surface| surface.distance(centre) < 0.0)
     }
 
-    /// Their motions.
-    pub fn motions(&self) -> &[WallMotion] {
-        &self.motions
+    /// True if one of them changes its motion in time.
+    pub fn vary(&self) -> bool {
+        self.motions.iter().any(|motion| !motion.is_steady())
+    }
+
+    /// Their motions in the middle of the step after `step` steps, when populations meet them; before the first step in that of the
+    /// step that led to the start.
+    pub fn motions(&self, step: Option<u64>) -> Vec<WallMotion> {
+        let Units { dx, dt, .. } = self.units;
+        let time = step.map_or(-0.5, |step| step as f64 + 0.5) * dt;
+        let motion = |motion: &Motion| WallMotion {
+            velocity: (motion.velocity.at(time) * (dt / dx)).into(),
+            angular_velocity: (motion.angular_velocity.at(time) * dt).into(),
+            pivot: (motion.pivot / dx).into(),
+            varies: !motion.is_steady(),
+        };
+        self.motions.iter().map(motion).collect()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wall::Motion;
 
-    fn wall(surface: Surface, velocity: Vec3, angular_velocity: Vec3, pivot: Vec3) -> Wall {
-        Wall {
-            name: "wall".into(),
-            surface,
-            motion: Motion { velocity, angular_velocity, pivot },
-            material: 0,
-        }
+    fn wall(
+        surface: Surface,
+        velocity: impl Into<TimeFunction>,
+        angular_velocity: impl Into<TimeFunction>,
+        pivot: Vec3,
+    ) -> Wall {
+        let motion = Motion { velocity: velocity.into(), angular_velocity: angular_velocity.into(), pivot };
+        Wall { name: "wall".into(), surface, motion, material: 0 }
+    }
+
+    /// Zero at all times but one, where it is `value`.
+    fn once(value: Vec3) -> TimeFunction {
+        TimeFunction::Table([(0.0, Vec3::zeros()), (1.0, value), (2.0, Vec3::zeros())].into())
     }
 
     const PLANE: Surface =
@@ -115,6 +130,8 @@ mod tests {
             wall(PLANE, o, 3.0 * across, x),
             wall(ROD, 2.0 * z, -z, Vec3::new(1.0, 2.0, 7.0)),
             wall(ROD, o, o, o),
+            wall(PLANE, once(along), o, o),
+            wall(ROD, z, once(z), Vec3::new(1.0, 2.0, 7.0)),
         ];
         for wall in good {
             assert_eq!(check_motion(&wall), Ok(()), "{wall:?}");
@@ -126,6 +143,9 @@ mod tests {
             (wall(ROD, x + z, o, o), "moves across its axis"),
             (wall(ROD, o, y, o), "turns about another axis than its own"),
             (wall(ROD, o, z, o), "turns about another axis than its own"),
+            (wall(PLANE, once(x), o, o), "moves along its normal"),
+            (wall(PLANE, y, once(across), o), "slides and turns at once"),
+            (wall(ROD, o, once(z), o), "turns about another axis than its own"),
         ];
         for (wall, what) in bad {
             assert_eq!(check_motion(&wall), Err(what), "{wall:?}");
@@ -147,7 +167,18 @@ mod tests {
         assert_eq!(walls.wall_of([0, 0, 2]), None);
         let place = [5.5, 7.25, 1.0];
         let exact = turning.velocity(Vec3::from(place) * units.dx, 0.0) / units.velocity();
-        let lattice = Vec3::from(walls.motions()[0].at(place));
+        let lattice = Vec3::from(walls.motions(None)[0].at(place));
         assert!((lattice - exact).norm() < 1e-15);
+    }
+
+    #[test]
+    fn a_wall_whose_velocity_varies_has_that_of_the_middle_of_a_step() {
+        let units = Units { dx: 0.25, dt: 0.01, density: 1000.0 };
+        let walls = LatticeWalls::new(&[wall(PLANE, once(Vec3::y()), Vec3::zeros(), Vec3::zeros())], &units);
+        assert!(walls.vary() && walls.motions(None)[0].varies);
+        for (step, expected) in [(None, 0.0), (Some(0), 0.005), (Some(100), 0.995), (Some(300), 0.0)] {
+            let velocity = walls.motions(step)[0].velocity[1];
+            assert!((velocity - expected * units.dt / units.dx).abs() < 1e-15, "{step:?}: {velocity}");
+        }
     }
 }

@@ -99,8 +99,12 @@ mod tests {
     /// A box with a moving wall at one face, one at rest at the other, and one that turns inside.
     fn boxed(periodic: [bool; 3]) -> (Domain, Vec<WallMotion>) {
         let domain = Domain { faces: Domain::faces(periodic), cells: [13, 10, 11], dx: 1.0 };
-        let motion =
-            |velocity, angular_velocity| WallMotion { velocity, angular_velocity, pivot: [6.0, 5.0, 5.0] };
+        let motion = |velocity, angular_velocity| WallMotion {
+            velocity,
+            angular_velocity,
+            pivot: [6.0, 5.0, 5.0],
+            varies: false,
+        };
         let motions = vec![
             motion([0.01, -0.02, 0.0], [0.0; 3]),
             motion([0.0; 3], [0.0; 3]),

@@ -1,7 +1,8 @@
 //! A sweep of a block and what completes it, by the processor or by a device: the one place that tells them apart.
 
 use super::device::DeviceSweep;
-use super::{BlockSolids, Collision, Flow, Fluid, Population, SolidModel, Sweep, device::options, dispatch};
+use super::device::options;
+use super::{BlockSolids, Collision, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch};
 use crate::device::{Device, KernelCost};
 use crate::error::{Error, Result};
 use crate::lattice::{C, Q};
@@ -110,6 +111,14 @@ impl<S: Population> Fluid<S> {
                 self.halo.exchange(&mut self.populations, self.phase);
                 self.walls.bounce_late(self.phase, &mut self.populations);
             }
+        }
+    }
+
+    /// Gives the walls that vary their motion in the coming step.
+    pub fn move_walls(&mut self, motions: &[WallMotion]) {
+        self.walls.set_motions(&self.layout, motions);
+        if let SweepDevice::Device(device) = &mut self.device {
+            device.move_walls(self.walls.links(&self.layout));
         }
     }
 

@@ -24,13 +24,13 @@ use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain, Face};
 use crate::error::Result;
-use crate::lattice::{C, Q, opposite};
+use crate::lattice::{C, Q, W, opposite};
 use crate::math::to_fixed;
 use find::Map;
 pub(crate) use rule::LinkRule;
 use std::ops::Range;
 
-/// Steady rigid motion of a wall, lattice units.
+/// Rigid motion of a wall in a step, lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WallMotion {
     /// Velocity of the pivot (cells per time step).
@@ -39,11 +39,20 @@ pub struct WallMotion {
     pub angular_velocity: [f64; 3],
     /// A point of the wall (cells from the corner of the box).
     pub pivot: [f64; 3],
+    /// It may be another one in the next step.
+    pub varies: bool,
 }
 
 impl WallMotion {
     fn moves(&self) -> bool {
-        self.velocity.iter().chain(&self.angular_velocity).any(|&v| v != 0.0)
+        self.varies || self.velocity.iter().chain(&self.angular_velocity).any(|&v| v != 0.0)
+    }
+
+    /// `6 w_i c_i . u_w` of the link in direction `i` of a cell of the box: by its position there, so it is the same on every rank.
+    fn correction<T: Real>(&self, cell: [isize; 3], i: usize) -> T {
+        let u = self.at(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)));
+        let cu: f64 = (0..3).map(|a| C[i][a] as f64 * u[a]).sum();
+        T::from_f64(6.0 * W[i] * cu)
     }
 
     /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
@@ -127,6 +136,8 @@ pub(crate) struct Walls<S: Population> {
     /// Wall cells of the block by row; no row at all if there is none.
     rows: Vec<Option<Box<WallRow<S::Number>>>>,
     size: [usize; 3],
+    /// Corner of the block in the box.
+    lo: [usize; 3],
     /// In which rows are swept.
     order: RowOrder,
     /// Number of cells of the block in no wall.
@@ -166,6 +177,7 @@ impl<S: Population> Walls<S> {
             ends: Vec::new(),
             rows: Vec::new(),
             size,
+            lo: block.lo,
             order,
             fluid_cells: block.cell_count(),
         };
@@ -180,6 +192,35 @@ impl<S: Population> Walls<S> {
         walls.find_runs(layout, &map, closed);
         walls.find_cells(&map);
         Ok(walls)
+    }
+
+    /// Gives the walls that vary their motion in the coming step.
+    pub(crate) fn set_motions(&mut self, layout: &Layout, motions: &[WallMotion]) {
+        assert_eq!(self.motions.len(), motions.len(), "the motion of each wall");
+        let lo = self.lo;
+        let in_box = |cell: [usize; 3]| std::array::from_fn(|a| (cell[a] + lo[a]) as isize);
+        self.motions.copy_from_slice(motions);
+        for run in self.late.iter().chain(self.early.iter().flatten()) {
+            let (motion, i) = (&motions[usize::from(run.wall)], usize::from(run.direction));
+            if motion.varies {
+                let [x, y, z] = in_box(layout.coordinates(run.near - i * layout.stride));
+                let numbers = &mut self.numbers[run.numbers as usize..][..run.count as usize];
+                for (x, number) in (x..).zip(numbers) {
+                    *number = motion.correction([x, y, z], i);
+                }
+            }
+        }
+        for ends in self.ends.iter_mut().filter(|ends| ends.rule == LinkRule::Moving) {
+            let mut numbers = std::mem::take(&mut ends.numbers);
+            ends.each(layout, self.size, |link, i, cell, _, _| {
+                if let Some(motion) =
+                    motions.get(usize::from(ends.walls[link])).filter(|motion| motion.varies)
+                {
+                    numbers[link] = motion.correction(in_box(cell), i);
+                }
+            });
+            ends.numbers = numbers;
+        }
     }
 
     /// Returns true if there are none in the whole box.
@@ -318,7 +359,7 @@ impl<S: Population> Walls<S> {
 
     /// Force on every wall in the last step over the links of the block, and torque about its pivot, as sums of
     /// fixed-point numbers; without those of a fluid at rest with density 1.
-    pub(crate) fn loads(&self, layout: &Layout, lo: [usize; 3], populations: &[S]) -> Vec<WallLoad> {
+    pub(crate) fn loads(&self, layout: &Layout, populations: &[S]) -> Vec<WallLoad> {
         let mut loads = vec![WallLoad::default(); self.motions.len()];
         let mut add = |wall: u16, i: usize, cell: [usize; 3], near: usize, far: usize| {
             let (near, far) = (populations[near].wide(), populations[far].wide());
@@ -326,7 +367,7 @@ impl<S: Population> Walls<S> {
             let c = C[i].map(|c| c as f64);
             let pivot = self.motions[usize::from(wall)].pivot;
             let r: [f64; 3] =
-                std::array::from_fn(|a| (cell[a] + lo[a]) as f64 + 0.5 * (1.0 - c[a]) - pivot[a]);
+                std::array::from_fn(|a| (cell[a] + self.lo[a]) as f64 + 0.5 * (1.0 - c[a]) - pivot[a]);
             for a in 0..3 {
                 let (b, d) = ((a + 1) % 3, (a + 2) % 3);
                 load.force[a] -= i128::from(to_fixed((near + far) * c[a]));

@@ -38,7 +38,8 @@ fn steady(setup: &Setup) -> Result<(Vec<f64>, f64)> {
     });
     let profile = profile.collect();
     let drag: f64 = run.wall_loads().iter().map(|load| load.force.x).sum();
-    let fed = setup.fluid_density() * setup.domain.volume() * setup.expect_fluid().body_acceleration.x;
+    let fed =
+        setup.fluid_density() * setup.domain.volume() * setup.expect_fluid().body_acceleration.at(0.0).x;
     Ok((profile, drag / fed))
 }
 
@@ -47,7 +48,7 @@ fn plates(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
     let (fluid, height) = (setup.expect_fluid(), setup.domain.size().z);
-    let fastest = fluid.body_acceleration.x * height * height / (8.0 * fluid.viscosity);
+    let fastest = fluid.body_acceleration.at(0.0).x * height * height / (8.0 * fluid.viscosity);
     let points = (0..nz).map(|z| [(z as f64 + 0.5) / nz as f64, profile[1 + ny * z] / fastest]);
     let points: Vec<[f64; 2]> = points.collect();
     let exact = |s: f64| 4.0 * s * (1.0 - s);
@@ -74,7 +75,7 @@ fn duct(context: &SuiteContext, found: &mut Findings, name: &str, [ny, nz]: [usi
     let (profile, force) = steady(&setup)?;
     let [_, ny, nz] = setup.domain.cells;
     let (fluid, side) = (setup.expect_fluid(), setup.domain.size().y);
-    let unit = fluid.body_acceleration.x * side * side / fluid.viscosity;
+    let unit = fluid.body_acceleration.at(0.0).x * side * side / fluid.viscosity;
     // The axis lies between cells; the mean of the four beside it is that of the parabola there.
     let at = |y: usize, z: usize| profile[y + ny * z];
     let beside = |n: usize| [n / 2 - 1, n / 2];

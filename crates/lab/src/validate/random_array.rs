@@ -45,7 +45,7 @@ fn arrangement(context: &SuiteContext, volume_fraction: f64, seed: u32, expected
     let (phi, diameter) = (setup.volume_fraction, setup.diameter);
     let count = setup.particles.len() as f64;
     let viscosity = setup.expect_fluid().viscosity;
-    let (acceleration, volume) = (setup.expect_fluid().body_acceleration.z, setup.domain.volume());
+    let (acceleration, volume) = (setup.expect_fluid().body_acceleration.at(0.0).z, setup.domain.volume());
     let unit = count * 3.0 * PI * viscosity * diameter;
     let time_constant = (1.0 - phi) * volume / (unit * expected);
     let interval = (time_constant / setup.time_step).ceil() as u64;

@@ -70,7 +70,7 @@ fn drag(
     ];
     let setup = context.setup(TEXT, CASE.name, &own)?;
     let fluid = setup.expect_fluid();
-    let (viscosity, acceleration) = (fluid.viscosity, fluid.body_acceleration.z);
+    let (viscosity, acceleration) = (fluid.viscosity, fluid.body_acceleration.at(0.0).z);
     let expected = Table::new(REFERENCE).of("phi", &volume_fraction.to_string(), "K");
     // The mass of the cell over the drag per velocity.
     let time_constant = length.powi(3) / (6.0 * PI * viscosity * radius * expected);

@@ -40,8 +40,8 @@ impl Plates {
         else {
             return None;
         };
-        let turns = |wall: &Wall| wall.motion.angular_velocity != Vec3::zeros();
-        let passes = second.motion.velocity - first.motion.velocity;
+        let turns = |wall: &Wall| !wall.motion.angular_velocity.is_zero();
+        let passes = second.motion.velocity.constant()? - first.motion.velocity.constant()?;
         let along = passes.try_normalize(0.0)?;
         let gap = (b - a).dot(&up);
         let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
@@ -75,10 +75,10 @@ impl Plates {
     }
 }
 
-/// Fixed bodies, the only ones of a case, and a flow that a body acceleration drives through them.
+/// Fixed bodies, the only ones of a case, and a flow that a body acceleration or the controller of the net flux drives through them.
 pub(super) struct Bed {
     along: Vec3,
-    /// Acceleration of the fluid (m/s^2).
+    /// Acceleration of the fluid (m/s^2); 0 where the net flux is kept instead.
     acceleration: f64,
     viscosity: f64,
     /// Stokes drag of all bodies over the velocity (kg/s).
@@ -93,12 +93,13 @@ impl Bed {
         if setup.particles.is_empty() || !setup.motions.iter().all(fixed) {
             return None;
         }
-        let drive =
-            Vec3::from_fn(|a, _| if setup.domain.is_periodic(a) { fluid.body_acceleration[a] } else { 0.0 });
+        let acceleration = fluid.body_acceleration.constant()?;
+        let drive = Vec3::from_fn(|a, _| if setup.domain.is_periodic(a) { acceleration[a] } else { 0.0 });
+        let flux = Vec3::from(fluid.net_flux.map(Option::unwrap_or_default));
         let diameter = |template: u64| setup.templates[template as usize].shape.equivalent_diameter();
         let diameters: f64 = setup.particles.iter().map(|particle| diameter(particle.template)).sum();
         Some(Self {
-            along: drive.try_normalize(0.0)?,
+            along: drive.try_normalize(0.0).or_else(|| flux.try_normalize(0.0))?,
             acceleration: drive.norm(),
             viscosity: fluid.viscosity,
             stokes: 3.0 * PI * fluid.density * fluid.viscosity * diameters,

@@ -43,8 +43,12 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
 pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
     for wall in setup.walls.iter().take(SHOWN) {
-        let (v, w) = (wall.motion.velocity, wall.motion.angular_velocity);
+        let [v, w] = [&wall.motion.velocity, &wall.motion.angular_velocity]
+            .map(|of| of.constant().unwrap_or_else(|| of.largest()));
         let mut motion = Vec::new();
+        if !wall.motion.is_steady() {
+            motion.push("varying, at most".to_string());
+        }
         if v.norm() > 0.0 {
             motion.push(format!("velocity ({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z));
         }

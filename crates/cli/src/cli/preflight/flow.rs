@@ -3,8 +3,10 @@
 use super::diameters;
 use crate::cli::terminal::{Row, row};
 use turbid::case::{Bound, FluidSetup, Setup};
+use turbid::coupling::Resistance;
 use turbid::engine::EngineChoice;
 use turbid::fluid::Collision;
+use turbid::math::Vec3;
 
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
@@ -53,22 +55,31 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
         let remark = format!("over {:.4e} m", flow.length);
         rows.push(row("Re of that flow", format!("{reynolds:.4}"), remark));
     }
-    let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(fluid.zero_net_flux))
-        .filter_map(|(axis, on)| on.then_some(axis))
+    let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(fluid.net_flux))
+        .filter_map(|(axis, flux)| flux.map(|_| axis))
         .collect();
+    let target = Vec3::from(fluid.net_flux.map(Option::unwrap_or_default));
     rows.push(if axes.is_empty() {
         row("zero_net_flux", "off", "the mean volume flux is free")
     } else {
-        let stiff = if setup.prescribed_sections().is_empty() {
-            ""
-        } else {
-            ", or faster and with an integral part where motion is prescribed"
+        let kept = |axis: usize| match setup.resistance(fluid, axis) {
+            Resistance::None { rate } => format!("at a rate of {rate:.3e} 1/s"),
+            Resistance::Held { rate, .. } => {
+                format!("within some 150 steps against a resistance of {rate:.3e} 1/s")
+            }
         };
-        let remark = format!(
-            "a controller removes the mean volume flux along these, at a rate of {:.3e} 1/s{stiff}",
-            fluid.control_rate
-        );
-        row("zero_net_flux", axes.join(", "), remark)
+        let mut ways: Vec<String> = (0..3).filter(|&a| fluid.net_flux[a].is_some()).map(kept).collect();
+        ways.dedup();
+        let what = if target == Vec3::zeros() {
+            "removes the mean volume flux along these".to_string()
+        } else {
+            format!(
+                "keeps a mean volume flux of ({:.3e}, {:.3e}, {:.3e}) m/s",
+                target[0], target[1], target[2]
+            )
+        };
+        let name = if target == Vec3::zeros() { "zero_net_flux" } else { "net_flux" };
+        row(name, axes.join(", "), format!("a controller {what}, {}", ways.join("; ")))
     });
     rows
 }

@@ -18,10 +18,10 @@ fn lying(id: u64, x: f64, y: f64) -> Particle {
 fn a_piston_and_a_paddle_knock_a_resting_sphere_away_at_twice_their_speed() {
     // Both reach the sphere after 10 ms at 0.1 m/s: the piston by 1 mm, the paddle, 5 mm from its axis, by 0.2.
     let mut piston = floor();
-    piston.motion.velocity = Vec3::z() * 0.1;
+    piston.motion.velocity = (Vec3::z() * 0.1).into();
     let pivot = Vec3::new(1e-3, 0.0, 1e-3);
     let mut paddle = plane("paddle", pivot, Vec3::new(0.2_f64.sin(), 0.0, 0.2_f64.cos()));
-    paddle.motion.angular_velocity = Vec3::y() * -20.0;
+    paddle.motion.angular_velocity = (Vec3::y() * -20.0).into();
     paddle.motion.pivot = pivot;
     for wall in [piston, paddle] {
         let resting = Particle::at(0, 0, Vec3::new(6e-3, 3e-3, 2e-3));
@@ -39,7 +39,7 @@ fn a_piston_and_a_paddle_knock_a_resting_sphere_away_at_twice_their_speed() {
 #[test]
 fn a_belt_speeds_a_sphere_up_with_mu_g_until_it_rolls_at_two_sevenths_of_the_speed() {
     let mut belt = floor();
-    belt.motion.velocity = Vec3::new(0.05, 0.0, 0.0);
+    belt.motion.velocity = Vec3::new(0.05, 0.0, 0.0).into();
     let pair = PairParams { transition_velocity: 1e-4, ..sliding(0.2, 0.5) };
     let mut engine = engine(pair, vec![belt], GRAVITY, &[lying(0, 3e-3, 6e-3)]);
     // It slides until mu g t = 2/7 V, at 7.3 ms.
@@ -59,7 +59,7 @@ fn a_sphere_on_a_turntable_rolls_in_a_circle_at_two_sevenths_of_its_rate() {
     // dv/dt = 2/7 W x v for a sphere that rolls on a plate turning at W (Weltner 1979).
     let rate: f64 = 20.0;
     let mut plate = floor();
-    plate.motion.angular_velocity = Vec3::z() * rate;
+    plate.motion.angular_velocity = (Vec3::z() * rate).into();
     plate.motion.pivot = Vec3::new(6e-3, 6e-3, 0.0);
     let mut sphere = lying(0, 8e-3, 6e-3);
     let velocity = Vec3::new(0.01, 0.0, 0.0);

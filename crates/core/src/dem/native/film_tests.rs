@@ -6,8 +6,8 @@ use super::*;
 use crate::comm::on_threads;
 use crate::contact::Lubrication;
 use crate::contact::lubrication::Unresolved;
-use crate::math::Quat;
-use crate::particle::{PrescribedMotion, TimeFunction};
+use crate::math::{Quat, TimeFunction};
+use crate::particle::PrescribedMotion;
 use crate::shape::composite::tests::part;
 use crate::shape::{Composite, Ellipsoid, Sphere};
 use crate::wall::Motion;
@@ -140,7 +140,7 @@ fn films_between_many_bodies_only_take_energy_and_keep_both_momenta_however_long
 #[test]
 fn a_sphere_that_moves_with_a_wall_feels_no_film_and_one_at_rest_is_dragged_along_and_turned() {
     let speed = Vec3::new(0.01, 0.0, 0.0);
-    let wall = Wall { motion: Motion { velocity: speed, ..Motion::default() }, ..floor() };
+    let wall = Wall { motion: Motion { velocity: speed.into(), ..Motion::default() }, ..floor() };
     let mut particle = Particle::at(3, 0, Vec3::new(5e-3, 6e-3, RADIUS + 1e-4));
     for carried in [true, false] {
         particle.velocity = if carried { speed.into() } else { [0.0; 3] };

@@ -21,13 +21,13 @@ pub(super) const DT: f64 = 2e-5;
 fn walls() -> Vec<Wall> {
     let size = CHANNEL.size();
     let mut plate = plane("z-", Vec3::zeros(), Vec3::z());
-    plate.motion.angular_velocity = Vec3::z() * 100.0;
+    plate.motion.angular_velocity = (Vec3::z() * 100.0).into();
     plate.motion.pivot = Vec3::new(6e-3, 6e-3, 0.0);
     let mut belt = plane("y-", Vec3::zeros(), Vec3::y());
-    belt.motion.velocity = Vec3::new(-0.8, 0.0, 0.0);
+    belt.motion.velocity = Vec3::new(-0.8, 0.0, 0.0).into();
     let mut ramp = plane("ramp", Vec3::new(6e-3, size.y, 0.0), Vec3::new(0.0, -1.0, 0.4));
-    ramp.motion.velocity = Vec3::new(0.0, -0.05, 0.1);
-    ramp.motion.angular_velocity = Vec3::new(-20.0, 0.0, 0.0);
+    ramp.motion.velocity = Vec3::new(0.0, -0.05, 0.1).into();
+    ramp.motion.angular_velocity = Vec3::new(-20.0, 0.0, 0.0).into();
     ramp.motion.pivot = Vec3::new(6e-3, size.y, 0.0);
     ramp.material = 1;
     let side = plane("y+", Vec3::y() * size.y, -Vec3::y());

@@ -4,8 +4,7 @@ use super::tests::{RADIUS, dry, engine, restitution};
 use super::*;
 use crate::comm::on_threads;
 use crate::contact::{DampingLaw, ElasticLaw};
-use crate::math::Quat;
-use crate::particle::TimeFunction;
+use crate::math::{Quat, TimeFunction};
 
 const DT: f64 = 1e-6;
 

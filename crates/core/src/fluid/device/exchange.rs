@@ -110,6 +110,23 @@ impl<S: Population> Exchange<S> {
 }
 
 impl<S: Population> DeviceSweep<S> {
+    /// Takes the numbers of all links within the block, and of those that wait, from walls that vary their motion.
+    pub(in crate::fluid) fn move_walls(&mut self, [early, late]: [Vec<LinkList<S::Number>>; 2]) {
+        let Exchange { swept, late: waiting, .. } = &mut self.exchange;
+        let all = swept
+            .iter_mut()
+            .map(|copies| (&early, copies))
+            .chain(waiting.iter_mut().map(|copies| (&late, copies)));
+        for (lists, copies) in all {
+            let lists = lists.iter().filter(|list| list.rule.numbers() > 0);
+            for list in lists {
+                let moved = copies.iter_mut().find(|copies| copies.rule == list.rule);
+                let done = moved.map_or(Ok(()), |moved| self.queue.write(&mut moved.numbers, &list.numbers));
+                self.failed.note(done);
+            }
+        }
+    }
+
     /// Completes a sweep, after which the phase is `entered`: populations arrive from the neighbouring blocks, and walls send them back.
     pub(in crate::fluid) fn exchange(
         &mut self,

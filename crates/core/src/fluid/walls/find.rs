@@ -1,11 +1,11 @@
 //! Finding the links of a block to its walls.
 
-use super::{Boundary, LinkRule, NO_WALL, RowEnds, Run, WallMotion, WallRow, Walls};
+use super::{Boundary, LinkRule, NO_WALL, RowEnds, Run, WallRow, Walls};
 use crate::domain::{Block, Domain};
 use crate::error::Result;
 use crate::fluid::layout::Layout;
 use crate::fluid::{Population, Real};
-use crate::lattice::{C, Q, W};
+use crate::lattice::{C, Q};
 use crate::memory;
 
 /// The wall of every cell of a block and its ghosts.
@@ -51,14 +51,9 @@ impl Map {
         self.walls[((x + 1) + nx * ((y + 1) + ny * (z + 1))) as usize]
     }
 
-    /// `6 w_i c_i . u_w` for the link of a cell of the block in direction `i`: from its position in the whole box, so
-    /// it is the same on every rank.
-    fn correction<T: Real>(&self, motion: &WallMotion, cell: [isize; 3], i: usize) -> T {
-        let middle =
-            std::array::from_fn(|a| (cell[a] + self.lo[a] as isize) as f64 + 0.5 * (1.0 - C[i][a] as f64));
-        let u = motion.at(middle);
-        let cu: f64 = (0..3).map(|a| C[i][a] as f64 * u[a]).sum();
-        T::from_f64(6.0 * W[i] * cu)
+    /// The position in the box of a cell of the block.
+    fn in_box(&self, cell: [isize; 3]) -> [isize; 3] {
+        std::array::from_fn(|a| cell[a] + self.lo[a] as isize)
     }
 }
 
@@ -78,16 +73,18 @@ impl<S: Population> Walls<S> {
                 numbers: Vec::new(),
                 walls: Vec::new(),
             };
+            let mut varies = false;
             for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
                 let in_fluid = map.at(last, y, z) == NO_WALL;
                 for i in directions {
                     let wall = map.at(ghost, y - C[i][1], z - C[i][2]);
                     ends.walls.push(if in_fluid { wall } else { NO_WALL });
                     let motion = &self.motions[usize::from(wall)];
-                    ends.numbers.push(map.correction(motion, [last, y, z], i));
+                    ends.numbers.push(motion.correction(map.in_box([last, y, z]), i));
+                    varies |= motion.varies;
                 }
             }
-            if ends.numbers.iter().all(|&c| c == S::Number::ZERO) {
+            if !varies && ends.numbers.iter().all(|&c| c == S::Number::ZERO) {
                 ends.numbers.clear();
                 ends.rule = LinkRule::Resting;
             }
@@ -130,7 +127,7 @@ impl<S: Population> Walls<S> {
                     };
                     if run.rule == LinkRule::Moving {
                         let of = |link: &(isize, u16, bool)| {
-                            map.correction::<S::Number>(&motion, [link.0, y, z], i)
+                            motion.correction::<S::Number>(map.in_box([link.0, y, z]), i)
                         };
                         self.numbers.extend(links.iter().map(of));
                     }

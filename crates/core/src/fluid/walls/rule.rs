@@ -29,7 +29,7 @@ impl LinkRule {
 
     /// Numbers that each link has.
     #[inline(always)]
-    pub(super) fn numbers(self) -> usize {
+    pub(crate) fn numbers(self) -> usize {
         match self {
             Self::Resting => 0,
             Self::Moving => 1,

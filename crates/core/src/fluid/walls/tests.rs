@@ -44,7 +44,7 @@ pub(super) fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
 }
 
 pub(super) const AT_REST: WallMotion =
-    WallMotion { velocity: [0.0; 3], angular_velocity: [0.0; 3], pivot: [0.0; 3] };
+    WallMotion { velocity: [0.0; 3], angular_velocity: [0.0; 3], pivot: [0.0; 3], varies: false };
 
 pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {
     WallMotion { velocity, ..AT_REST }
@@ -77,13 +77,26 @@ impl Tangle {
                 sliding([0.02, -0.03, 0.0]),
                 AT_REST,
                 turning(1, 1e-3),
-                sliding([0.0, 0.0, 0.04]),
+                WallMotion { varies: true, ..sliding([0.0, 0.0, 0.04]) },
                 AT_REST,
-                turning(0, -2e-3),
+                WallMotion { varies: true, ..turning(0, -2e-3) },
                 turning(2, 3e-3),
             ],
             lump,
         }
+    }
+
+    /// The motions in a step: some walls slow down and turn back.
+    fn motions_in(&self, step: usize) -> [WallMotion; 7] {
+        self.motions.map(|motion| {
+            let scaled =
+                |v: [f64; 3]| v.map(|v| if motion.varies { v * (1.0 - 0.2 * step as f64) } else { v });
+            WallMotion {
+                velocity: scaled(motion.velocity),
+                angular_velocity: scaled(motion.angular_velocity),
+                ..motion
+            }
+        })
     }
 
     fn wall_of(&self, cell: [i64; 3]) -> Option<usize> {
@@ -118,7 +131,8 @@ impl Tangle {
                 model: Homogenised { ramp: 0.5 },
                 images: None,
             };
-            for _ in 0..steps {
+            for step in 0..steps {
+                fluid.move_walls(&self.motions_in(step));
                 fluid.sweep([1e-5, 0.0, -2e-5], &mut solid, false);
                 fluid.exchange();
             }
@@ -198,7 +212,9 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                 shifted_equilibrium(rho, u)
             })
             .collect();
-        for _ in 0..7 {
+        for number in 0..7 {
+            let motions = tangle.motions_in(number);
+            fluid.move_walls(&motions);
             let mut collided = plain.clone();
             for &c in &all {
                 let g = &plain[index(c)];
@@ -225,7 +241,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                     }
                     plain[index(c)][i] = if let Some(wall) = tangle.wall_of(from) {
                         let middle = std::array::from_fn(|k| c[k] as f64 + 0.5 - 0.5 * C[i][k] as f64);
-                        let u = tangle.motions[wall].at(middle);
+                        let u = motions[wall].at(middle);
                         let cu: f64 = (0..3).map(|k| C[i][k] as f64 * u[k]).sum();
                         let (out, back) = (collided[index(c)][opposite(i)], 6.0 * W[i] * cu);
                         let force = C[i].map(|c| -(2.0 * out + back) * c as f64);
