@@ -12,12 +12,12 @@
 
 mod array;
 mod checks;
-mod couette;
 mod dry;
 mod engine;
 pub mod file;
 mod files;
 mod filled;
+mod granular;
 mod kinds;
 mod listed;
 mod materials;
@@ -31,6 +31,7 @@ mod scales;
 mod schedule;
 mod space;
 mod speeds;
+mod start;
 mod walls;
 
 use crate::contact::ContactModel;
@@ -45,7 +46,6 @@ use crate::wall::Wall;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-pub use couette::Couette;
 pub use file::{BodyColour, Quantity};
 pub use file::{free_keys, schema};
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
@@ -53,8 +53,9 @@ pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub(crate) use schedule::of_machine;
-pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan};
+pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, Steady};
 pub use speeds::{Bound, DrivenFlow, Impact};
+pub use start::StartFlow;
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and
 /// [where it comes from](Self::provenance).
@@ -68,6 +69,8 @@ pub struct Setup {
     pub fluid: Option<FluidSetup>,
     /// Geometries and materials.
     pub templates: Arc<[Template]>,
+    /// Constant force (N) and torque (N m) on each body of each template, besides all else.
+    pub applied: Vec<[Vec3; 2]>,
     /// The `[[particles]]` section that each template is of, counted from 0.
     pub sections: Vec<usize>,
     /// Motion of the bodies of each template, as far as it is prescribed.
@@ -116,7 +119,7 @@ impl Setup {
         self.fluid.as_ref().map_or(0, |_| self.domain.cell_count())
     }
 
-    /// Weight less buoyancy (N) of all particles, in the directions in which forces move them.
+    /// Weight less buoyancy (N) of all particles and the force that the case applies, in the directions in which forces move them.
     pub fn submerged_weight(&self) -> Vec3 {
         self.particles.iter().map(|particle| self.submerged_weight_of(particle.template as usize)).sum()
     }
@@ -125,7 +128,11 @@ impl Setup {
     pub fn submerged_weight_of(&self, template: usize) -> Vec3 {
         let (Template { density, shape, .. }, free) =
             (&self.templates[template], self.motions[template].free);
-        let weight = (density - self.fluid_density()) * shape.volume() * self.gravity;
+        let mut weight = (density - self.fluid_density()) * shape.volume() * self.gravity;
+        let [force, _] = self.applied[template];
+        if force != Vec3::zeros() {
+            weight += force;
+        }
         Vec3::from_fn(|axis, _| if free[axis] { weight[axis] } else { 0.0 })
     }
 
@@ -158,6 +165,12 @@ impl Setup {
         move |position| start.map_or(Vec3::zeros(), |flow| flow.velocity(position))
     }
 
+    /// Mean velocity of the fluid at the start (m/s).
+    pub fn mean_flow_at_start(&self) -> Vec3 {
+        let start = self.fluid.as_ref().and_then(|fluid| fluid.start);
+        start.map_or(Vec3::zeros(), |flow| flow.mean(self.domain.size()))
+    }
+
     /// Time at the end of the run (s).
     pub fn end_time(&self) -> f64 {
         self.plan.end_step as f64 * self.time_step
@@ -187,7 +200,7 @@ pub struct FluidSetup {
     /// Uniform acceleration of the fluid in addition to all else (m/s^2), for driven flows.
     pub body_acceleration: TimeFunction,
     /// Flow at the start; `None` is a fluid at rest.
-    pub start: Option<Couette>,
+    pub start: Option<StartFlow>,
     /// Reference velocities and dimensionless numbers.
     pub scales: Scales,
 }

@@ -29,7 +29,7 @@ use crate::dem::{DemEngine, Load};
 use crate::device::Device;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::error::{Error, Result};
-use crate::fluid::{Boundary, Flow, FluidParams};
+use crate::fluid::{Boundary, Flow, FlowState, FluidParams};
 use crate::math::Vec3;
 pub use crate::output::Fields;
 use crate::particle::{Particle, ParticleStore, Template};
@@ -124,6 +124,8 @@ pub struct Simulation {
     /// Step of the last checkpoint that was written or read.
     checkpoint: Option<u64>,
     external: Option<ExternalLoad>,
+    /// Constant loads on the bodies of each template; empty if there is none.
+    applied: Vec<Load>,
     caller_moves: bool,
     /// A step, and the states before it of particles that a caller sets after it.
     before: Option<(u64, Vec<Particle>)>,
@@ -172,9 +174,19 @@ impl FluidSystem {
         if let Some(flow) = of.start {
             let units = setup.units();
             let middle = |cell: [usize; 3]| Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * units.dx);
-            fluid.set_equilibrium(|cell| (1.0, (flow.velocity(middle(cell)) / units.velocity()).into()));
-            coupling
-                .begin_moving(particles, |body| [flow.velocity(body.position()), flow.angular_velocity()]);
+            let squared = units.velocity() * units.velocity();
+            fluid.set_flow(|cell| {
+                let at = middle(cell);
+                FlowState {
+                    // The pressure is a third of the density.
+                    density: 1.0 + 3.0 * flow.pressure(at) / squared,
+                    velocity: (flow.velocity(at) / units.velocity()).into(),
+                    strain: flow.strain(at).map(|rate| rate * units.dt),
+                }
+            });
+            coupling.begin_moving(particles, |body| {
+                [flow.velocity(body.position()), flow.angular_velocity(body.position())]
+            });
         }
         if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {
             comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &mut coupling)))?;
@@ -217,8 +229,16 @@ impl FluidSystem {
         let mut coupling = Coupling::new(coupling, decomposition, rank, reach);
         let masses = (0..templates.len()).map(|n| setup.virtual_mass(of, n)).collect();
         coupling.set_virtual_masses(masses);
+        coupling.set_applied(applied(setup));
         (coupling, Driving::new(driving))
     }
+}
+
+/// Constant loads on the bodies of each template; none at all if there is none.
+fn applied(setup: &Setup) -> Vec<Load> {
+    let loads = setup.applied.iter().map(|&[force, torque]| Load { force, torque });
+    let loads: Vec<Load> = loads.collect();
+    if loads.iter().all(|load| *load == Load::default()) { Vec::new() } else { loads }
 }
 
 impl Simulation {
@@ -267,6 +287,7 @@ impl Simulation {
             block,
             checkpoint: None,
             external: None,
+            applied: applied(setup),
             caller_moves: false,
             before: None,
             contacts: setup.contact.is_some(),
@@ -280,7 +301,7 @@ impl Simulation {
     /// [`CONTROL_INTERVAL`] steps after it happened on one, and from then on in every step. Collective.
     pub fn step(&mut self) -> Result<()> {
         self.known_failure()?;
-        let Self { comm, units, system, dem, timings: t, failure, external, .. } = self;
+        let Self { comm, units, system, dem, timings: t, failure, external, applied, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
         let mut loads = if let Some(system) = system {
@@ -295,6 +316,10 @@ impl Simulation {
         } else {
             vec![Load::default(); dem.particles().owned]
         };
+        for (load, particle) in loads.iter_mut().zip(dem.particles().owned()).filter(|_| !applied.is_empty())
+        {
+            *load += applied[particle.template as usize];
+        }
         if let Some(external) = external {
             let time = self.step as f64 * units.dt;
             for (load, particle) in loads.iter_mut().zip(dem.particles().owned()) {

@@ -206,8 +206,9 @@ pub struct FluidSection {
     /// (validation/precision). Default "f32".
     #[serde(default)]
     pub precision: Precision,
-    /// Flow at the start: "rest"; or "couette", linear between the two closed faces of one direction that slide, also of the free
-    /// bodies without a velocity of their own. Default "rest".
+    /// Flow at the start: "rest"; "couette", linear between the two closed faces of one direction that slide; `{ uniform = [x, y, z] }`
+    /// (m/s); `{ shear = { gradient = [x, y, z], along = "z" } }`; `{ poiseuille = { velocity = [x, y, z] } }`; or
+    /// `{ taylor_green = { velocity = ... } }`. Also of the free bodies without a velocity of their own. Default "rest".
     #[serde(default)]
     pub start: FluidStart,
 }
@@ -225,7 +226,7 @@ pub enum ViscosityBy {
 }
 
 /// Flow at the start of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FluidStart {
     /// Fluid and bodies at rest.
@@ -233,6 +234,50 @@ pub enum FluidStart {
     Rest,
     /// Plane Couette flow between two faces, which needs no time to form.
     Couette,
+    /// The same velocity (m/s) everywhere.
+    Uniform([f64; 3]),
+    /// Linear along a closed direction.
+    Shear(ShearSection),
+    /// Poiseuille flow between two plates, or in a pipe.
+    Poiseuille(PoiseuilleSection),
+    /// Vortices of Taylor and Green in a periodic box, one wave in each direction.
+    TaylorGreen(TaylorGreenSection),
+}
+
+/// A flow whose velocity is linear along a direction.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShearSection {
+    /// Rise of the velocity (1/s) in that direction.
+    pub gradient: [f64; 3],
+    /// The direction: "x", "y" or "z", which is closed by walls.
+    pub along: Axis,
+    /// Velocity (m/s) in the middle of the box. Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub velocity: [f64; 3],
+}
+
+/// Flow of a parabolic profile.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PoiseuilleSection {
+    /// Mean velocity (m/s): between two plates two thirds of the largest, in a pipe half of it.
+    pub velocity: [f64; 3],
+}
+
+/// Vortices of Taylor and Green.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TaylorGreenSection {
+    /// Largest velocity (m/s) along the first direction of their plane.
+    pub velocity: f64,
+    /// The direction across their plane. Default "z", so that they are in x and y.
+    #[serde(default = "across")]
+    pub normal: Axis,
+}
+
+fn across() -> Axis {
+    Axis::Z
 }
 
 /// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.
@@ -343,9 +388,10 @@ pub enum Gravity {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunSection {
-    /// Length of the run.
-    pub end: Duration,
-    /// Averages are taken from here on. Default: one third of the run.
+    /// Length of the run: `{ time = 0.5 }` (s), `{ steps = 1000 }`, `{ stokes_times = 50 }`, or until it is steady,
+    /// `{ steady = { over = { time = 0.1 }, at_most = { time = 2 } } }`.
+    pub end: RunEnd,
+    /// Averages are taken from here on. Default: one third of the run; of one that ends when it is steady, the last window.
     pub average_from: Option<Duration>,
     /// Threads; 0 is one per core. Default 0. Results do not depend on it.
     #[serde(default)]
@@ -371,6 +417,38 @@ pub enum Duration {
     Steps(u64),
     /// Units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
     StokesTimes(#[schemars(transform = positive)] f64),
+}
+
+/// End of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RunEnd {
+    /// After seconds, e.g. `{ time = 0.5 }`.
+    Time(#[schemars(transform = positive)] f64),
+    /// After steps.
+    Steps(u64),
+    /// After units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
+    StokesTimes(#[schemars(transform = positive)] f64),
+    /// When it is steady.
+    Steady(SteadySection),
+}
+
+/// A steady state: net flux, mean velocity and kinetic energies in the means of two windows, one after the other, are the same.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SteadySection {
+    /// Length of each window; a row of series.csv or more are in it.
+    pub over: Duration,
+    /// The run ends here if it has not become steady.
+    pub at_most: Duration,
+    /// Largest change that counts as none (-), of velocities over the largest of them, of energies over the larger. Default 1e-3.
+    #[serde(default = "unchanged")]
+    #[schemars(transform = positive)]
+    pub change: f64,
+}
+
+fn unchanged() -> f64 {
+    1e-3
 }
 
 /// Interval between outputs.

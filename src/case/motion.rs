@@ -35,6 +35,31 @@ pub(super) fn motions(document: &Document) -> Result<Vec<PrescribedMotion>> {
         .collect()
 }
 
+/// Constant force (N) and torque (N m) on the bodies of each `[[particles]]` section, refused where nothing would follow from them.
+pub(super) fn applied(document: &Document, motions: &[PrescribedMotion]) -> Result<Vec<[Vec3; 2]>> {
+    let sections = document.case.particles.iter().zip(motions).enumerate();
+    sections
+        .map(|(index, (section, motion))| {
+            let [force, torque] = [section.force, section.torque].map(Vec3::from);
+            let held = (0..3).any(|axis| force[axis] != 0.0 && !motion.free[axis]);
+            let kept = torque != Vec3::zeros() && !motion.free_rotation;
+            let name = match (held, kept) {
+                (true, _) => "force",
+                (false, true) => "torque",
+                (false, false) => return Ok([force, torque]),
+            };
+            let [key, motion] = [name, "motion"].map(|name| format!("particles.{index}.{name}"));
+            let title = format!("`{key}` acts where `{motion}` prescribes the motion");
+            let marks = [(&*key, "has no effect here"), (&*motion, "prescribes the motion")];
+            Err(document.error_at(
+                &marks,
+                &title,
+                "set it to 0 there, or name what is free in `free` of `motion`",
+            ))
+        })
+        .collect()
+}
+
 /// Says that the force of the fluid on bodies with prescribed motion includes their buoyancy, and where it is without.
 pub(super) fn buoyancy(setup: &Setup) -> Option<String> {
     let density = setup.fluid_density();

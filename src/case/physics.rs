@@ -2,13 +2,12 @@
 
 use super::checks::Document;
 use super::file::{
-    CollisionKind, Coupling, DrivingSection, FluidSection, FluidStart, Gravity, LatticeSection, TimeStepBy,
-    ViscosityBy,
+    CollisionKind, Coupling, DrivingSection, FluidSection, Gravity, LatticeSection, TimeStepBy, ViscosityBy,
 };
 use super::kinds::Kinds;
 use super::scales::Reference;
 use super::walls::PlacedWall;
-use super::{Couette, FluidSetup};
+use super::{FluidSetup, StartFlow};
 use crate::contact::Lubrication;
 use crate::contact::lubrication::Unresolved;
 use crate::coupling::{Homogenised, Method, Saturated};
@@ -49,10 +48,7 @@ pub(super) fn fluid(
     let (body_acceleration, net_flux) =
         driven(document, driving, domain.periodic(), || flux_is_known_to_vanish(domain, walls, gravity))?;
     let scales = reference.scales(viscosity);
-    let start = match section.start {
-        FluidStart::Rest => None,
-        FluidStart::Couette => Some(Couette::between(document, domain, walls)?),
-    };
+    let start = StartFlow::of(document, domain, walls)?;
     let fluid = FluidSetup {
         density,
         viscosity,

@@ -2,7 +2,7 @@
 //! mixed up, particles lighter than the coupling is tested for. Refused or warned of with the place in the case.
 
 use super::checks::Document;
-use super::file::{FluidSection, LatticeSection, PositionsBy, TimeStepBy, ViscosityBy};
+use super::file::{FluidSection, FluidStart, LatticeSection, PositionsBy, TimeStepBy, ViscosityBy};
 use super::speeds::wall_speed;
 use super::{FluidSetup, Setup};
 use crate::coupling::VirtualMass;
@@ -123,6 +123,9 @@ impl Review<'_> {
             follow(&format!("the fastest surface by `{key}`"), speed, &key, doubt)?;
         }
         let size = setup.domain.size();
+        if let Some(flow) = fluid.start.filter(|_| self.fluid.start != FluidStart::Couette) {
+            follow("the flow of `fluid.start`", flow.largest(size), "fluid.start", None)?;
+        }
         for (wall, key) in setup.walls.iter().zip(&self.walls) {
             follow(&format!("the wall \"{}\"", wall.name), wall_speed(wall, &size), key, None)?;
         }

@@ -6,9 +6,10 @@ use super::dry::{self, Medium};
 use super::engine::{engine, refuse_walls, saved_text};
 use super::file::PositionsBy;
 use super::files::{Files, OwnShapes};
+use super::granular::agitate;
 use super::kinds::Kinds;
 use super::materials::Materials;
-use super::motion::{buoyancy, motions, refuse_vectors};
+use super::motion::{applied, buoyancy, motions, refuse_vectors};
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Review;
@@ -152,6 +153,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     };
     refuse_vectors(document, time_step)?;
     let motions = motions(document)?;
+    let applied = applied(document, &motions)?;
     let prescribed = kinds.of_each(|section, _| motions[section].is_complete());
     let placer = Placer {
         document,
@@ -166,6 +168,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     if let Some(flow) = fluid.as_ref().and_then(|fluid| fluid.start) {
         flow.carry(&placer, &motions, &mut particles);
     }
+    let sections = kinds.of_each(|section, _| section);
+    agitate(document, &sections, (&kinds.templates, &motions), &mut particles)?;
     if contact.is_some() {
         refuse_double_contacts(document, &domain, (&reaches, &prescribed), (kinds.diameter, &particles))?;
     }
@@ -202,7 +206,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         domain,
         time_step,
         fluid,
-        sections: kinds.of_each(|section, _| section),
+        sections,
+        applied: kinds.of_each(|section, _| applied[section]),
         motions: kinds.of_each(|section, _| motions[section].clone()),
         frames: kinds.of_each(|_, kind| kind.rotation),
         templates: kinds.templates.into(),

@@ -2,7 +2,7 @@
 
 use super::Setup;
 use super::checks::{Clock, Document};
-use super::file::{CheckpointEvery, Duration, Every};
+use super::file::{CheckpointEvery, Duration, Every, RunEnd, SteadySection};
 use super::pictures::{PicturePlan, pictures};
 use crate::device;
 use crate::document::{Source, names};
@@ -19,8 +19,10 @@ pub const CHECKPOINT_INTERVAL: WallTime = WallTime::from_secs(600);
 /// Length of a run, hardware and output. None of this changes the physics, but the precision rounds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunPlan {
-    /// Number of time steps to run.
+    /// Number of time steps to run, at most.
     pub end_step: u64,
+    /// The run ends before that when it is steady.
+    pub steady: Option<Steady>,
     /// Averages are taken from this step on.
     pub average_from_step: u64,
     /// Thread ranks; 0 is one per core.
@@ -33,6 +35,15 @@ pub struct RunPlan {
     pub devices: Vec<usize>,
     /// Files to write.
     pub output: OutputPlan,
+}
+
+/// Steady state that ends a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steady {
+    /// Length of each of the two windows that are compared (steps).
+    pub window: u64,
+    /// Largest change that counts as none (-).
+    pub change: f64,
 }
 
 /// Directory and intervals of the output (fluid steps; 0 is never).
@@ -85,16 +96,29 @@ impl RunPlan {
     /// The plan that the sections `[run]` and `[output]` describe.
     pub(super) fn new(document: &Document, known: &Known) -> Result<Self> {
         let clock = known.clock;
-        let end_step = document.steps("run.end", document.case.run.end, clock)?;
+        let (end_step, steady) = end(document, clock)?;
         let (devices, threads) = (devices(document)?, document.case.run.threads);
+        let output = output(document, known, end_step)?;
+        if let Some(Steady { window, .. }) = steady.filter(|steady| steady.window < output.series_every) {
+            let key = "run.end.steady.over";
+            let title = format!(
+                "`{key}` is {window} steps, but rows of series.csv, which it is judged by, come every {}",
+                output.series_every
+            );
+            let remedy = "take longer windows, or a shorter `output.series_every`";
+            return Err(document.error(key, &title, "no row in it", remedy));
+        }
+        // What is averaged by default ends with the run.
+        let early = steady.map_or(end_step / 3, |steady| end_step - steady.window);
         Ok(Self {
             end_step,
-            average_from_step: average_from(document, clock, end_step)?,
+            steady,
+            average_from_step: average_from(document, clock, end_step, early)?,
             threads: if threads == 0 { devices.len() } else { threads },
             precision: document.case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
             simd: simd(document)?,
             devices,
-            output: output(document, known, end_step)?,
+            output,
         })
     }
 
@@ -190,10 +214,34 @@ fn refuse_changes_of_the_case(source: &Source) -> Result<()> {
     Ok(())
 }
 
-fn average_from(document: &Document, clock: Clock, end_step: u64) -> Result<u64> {
+/// The last step of a run, and the steady state that ends it before.
+fn end(document: &Document, clock: Clock) -> Result<(u64, Option<Steady>)> {
+    let key = "run.end";
+    let duration = match document.case.run.end {
+        RunEnd::Time(time) => Duration::Time(time),
+        RunEnd::Steps(steps) => Duration::Steps(steps),
+        RunEnd::StokesTimes(times) => Duration::StokesTimes(times),
+        RunEnd::Steady(SteadySection { over, at_most, change }) => {
+            let [over_key, most_key] = ["over", "at_most"].map(|name| format!("{key}.steady.{name}"));
+            let window = document.steps(&over_key, over, clock)?;
+            let end_step = document.steps(&most_key, at_most, clock)?;
+            if 2 * window > end_step {
+                let marks = [(&*over_key, "each of two windows"), (&*most_key, "the run ends here")];
+                let title = format!(
+                    "two windows of {window} steps do not fit into the {end_step} steps of `{most_key}`"
+                );
+                return Err(document.error_at(&marks, &title, "take shorter windows, or run longer"));
+            }
+            return Ok((end_step, Some(Steady { window, change })));
+        }
+    };
+    Ok((document.steps(key, duration, clock)?, None))
+}
+
+fn average_from(document: &Document, clock: Clock, end_step: u64, early: u64) -> Result<u64> {
     let key = "run.average_from";
     let step = match document.case.run.average_from {
-        None => return Ok(end_step / 3),
+        None => return Ok(early),
         Some(Duration::Steps(0)) => 0,
         Some(from) => document.steps(key, from, clock)?,
     };

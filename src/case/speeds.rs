@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! settling    u* of Schiller and Naumann; at most a t, and sqrt(2 a H) where walls bear the weight,
-//!             with a = g |s - 1| / (s + 1/2), the acceleration from rest against the added mass of a sphere
+//!             with a = (g |s - 1| + F / m_f) / (s + 1/2), the acceleration from rest against the added mass of a sphere
 //! driven flow a t, or the largest integral of an `a` that varies; through bodies at rest that of [their drag](super::array); between walls at most a h^2 / (8 nu) in the middle of a slit of width h, a D^2 / (16 nu) in a pipe;
 //!             turbulent (Re = u h / nu above 3000) u_tau (2.5 ln(u_tau h / (2 nu)) + 5.5) with u_tau^2 = a h / 2
 //! impacts     of each kind that forces move, at its u*, the shear rate times D, prescribed speeds and the differences of those at the
@@ -163,7 +163,7 @@ impl Setup {
             let falls = self.falls(template);
             let own = match &self.fluid {
                 Some(fluid) => (self.terminal_speed(fluid, template), "u*", STEPS_PER_CONTACT),
-                None => (self.fall_speed(), "the speed of a fall through the box", STABLE_STEPS),
+                None => (self.fall_speed(template), "the speed of a fall through the box", STABLE_STEPS),
             };
             of_all.into_iter().chain(falls.then_some(own)).map(move |impact| (template, impact))
         });
@@ -202,9 +202,15 @@ impl Setup {
         present
     }
 
-    /// True if gravity moves the particles of a template.
+    /// True if gravity, or a force that the case applies, moves the particles of a template.
     pub(super) fn falls(&self, template: usize) -> bool {
-        (0..3).any(|axis| self.motions[template].free[axis] && self.gravity[axis] != 0.0)
+        let pull = self.pull(template);
+        (0..3).any(|axis| self.motions[template].free[axis] && pull[axis] != 0.0)
+    }
+
+    /// Acceleration (m/s^2) of a particle of a template by gravity and the force that the case applies, without a fluid.
+    fn pull(&self, template: usize) -> Vec3 {
+        self.gravity + self.applied[template][0] / self.templates[template].mass()
     }
 
     /// Bound (m/s) of the difference of the velocities of surfaces at the start, beside that of the flow.
@@ -220,8 +226,8 @@ impl Setup {
             low = Some(low.map_or(velocity, |low| low.inf(&velocity)));
             high = Some(high.map_or(velocity, |high| high.sup(&velocity)));
             let shape = &self.templates[particle.template as usize].shape;
-            let spin =
-                particle.angular_velocity() - flow.map_or(Vec3::zeros(), |flow| flow.angular_velocity());
+            let spin = particle.angular_velocity()
+                - flow.map_or(Vec3::zeros(), |flow| flow.angular_velocity(particle.position()));
             // The surface of a sphere moves along itself.
             if shape.as_sphere().is_none() {
                 rim = rim.max(spin.norm() * shape.circumradius());
@@ -238,9 +244,10 @@ impl Setup {
     }
 
     /// Speed (m/s) after a fall through the box, or over the whole run.
-    fn fall_speed(&self) -> f64 {
-        let drop = self.gravity.abs().dot(&self.domain.size());
-        (2.0 * drop).sqrt().min(self.gravity.norm() * self.end_time())
+    fn fall_speed(&self, template: usize) -> f64 {
+        let pull = self.pull(template);
+        let drop = pull.abs().dot(&self.domain.size());
+        (2.0 * drop).sqrt().min(pull.norm() * self.end_time())
     }
 
     /// Shear rate (1/s) that moving walls or a driven flow between walls make at most, in the mean over the gap.
@@ -272,32 +279,38 @@ impl Setup {
         self.motions[template].largest_speed(self.templates[template].shape.circumradius())
     }
 
+    /// Weight less buoyancy of a particle of a template, and the force that the case applies, over the mass of the fluid that it displaces
+    /// (m/s^2): `(s - 1) g` with the ratio `s` of densities.
+    fn submerged_pull(&self, fluid: &FluidSetup, template: usize) -> Vec3 {
+        let Template { shape, density, .. } = &self.templates[template];
+        (density / fluid.density - 1.0) * self.gravity
+            + self.applied[template][0] / (fluid.density * shape.volume())
+    }
+
     /// Terminal velocity (m/s) of one particle of a template, by Schiller and Naumann.
     fn terminal_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
-        let template = &self.templates[template];
-        let reference = Reference {
-            diameter: template.shape.equivalent_diameter(),
-            density_ratio: template.density / fluid.density,
-            gravity: self.gravity.norm(),
-        };
+        let pull = self.submerged_pull(fluid, template).norm();
+        // That of a ratio of densities of 2 at this gravity.
+        let diameter = self.templates[template].shape.equivalent_diameter();
+        let reference = Reference { diameter, density_ratio: 2.0, gravity: pull };
         reference.scales(fluid.viscosity).schiller_naumann_velocity
     }
 
     /// Largest speed (m/s) that particles of a template reach as they settle.
     pub(super) fn settling_speed(&self, fluid: &FluidSetup, template: usize) -> f64 {
         let density_ratio = self.templates[template].density / fluid.density;
-        let from_rest = (density_ratio - 1.0).abs() / (density_ratio + 0.5);
-        // Gravity times the way along it.
+        let from_rest = self.submerged_pull(fluid, template) / (density_ratio + 0.5);
+        // The acceleration times the way along it.
         let drop: f64 = (0..3)
-            .filter(|&i| self.gravity[i] != 0.0)
+            .filter(|&i| from_rest[i] != 0.0)
             .map(|i| {
                 let way = if self.domain.is_periodic(i) { f64::INFINITY } else { self.domain.size()[i] };
-                self.gravity[i].abs() * way
+                from_rest[i].abs() * way
             })
             .sum();
         (self.terminal_speed(fluid, template))
-            .min(from_rest * self.gravity.norm() * self.end_time())
-            .min((2.0 * from_rest * drop).sqrt())
+            .min(from_rest.norm() * self.end_time())
+            .min((2.0 * drop).sqrt())
     }
 }
 
@@ -520,6 +533,22 @@ mod tests {
         let fall = dry(&["driving.gravity=10"]).unwrap();
         close(fall.speed, (2.0 * 10.0 * 1e-3_f64).sqrt());
         assert_eq!(fall.cause, "the speed of a fall through the box");
+    }
+
+    #[test]
+    fn a_force_on_a_particle_counts_as_its_weight_does() {
+        let at = |options: &[&str]| {
+            let setup = setup(options);
+            (setup.settling_speed(setup.expect_fluid(), 0), setup.submerged_weight())
+        };
+        let (speed, weight) = at(&["driving.gravity=1e-3"]);
+        let force = format!("particles.0.force=[0, 0, {:e}]", weight.z);
+        let (by_force, applied) = at(&["driving.gravity=0", &force]);
+        close(by_force, speed);
+        close(applied.z, weight.z);
+        assert!(setup(&["driving.gravity=0", &force]).falls(0) && !setup(&[]).falls(0));
+        let held = at(&["driving.gravity=0", &force, "particles.0.motion={ free = [\"z\"] }"]);
+        close(held.1.z, weight.z);
     }
 
     #[test]

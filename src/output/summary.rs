@@ -29,6 +29,9 @@ pub struct Summary {
     pub case: String,
     /// True if the run was stopped before its end.
     pub interrupted: bool,
+    /// True if it has ended because it was steady, as `run.end` asks for.
+    #[serde(default)]
+    pub steady: bool,
     /// Step from which the run was last resumed; speeds and times of stages are since then.
     pub resumed_from: Option<u64>,
     /// Mean settling velocity relative to the mixture over the Stokes velocity (-), over `averaged_over`.
@@ -253,6 +256,7 @@ mod tests {
             version: "0.1.0".into(),
             case: "settling".into(),
             interrupted: false,
+            steady: false,
             resumed_from: Some(4),
             settling_velocity_over_stokes: Some(0.1 + 0.2),
             settling_velocity_over_schiller_naumann: Some(0.7),

@@ -109,12 +109,13 @@ impl<'a> Checkpointer<'a> {
         simulation: &mut Simulation,
         observer: &mut Observer,
         requests: Requests,
+        ended: bool,
     ) -> Result<()> {
         let step = simulation.step;
         let plan = &self.setup.plan;
         let in_turn = matches!(plan.output.checkpoint_every, CheckpointSpacing::Steps(every) if step.is_multiple_of(every));
         let asked = step > 0 && in_turn || requests.stop || requests.checkpoint;
-        let at_end = step > 0 && plan.output.checkpoint_at_end && step >= plan.end_step;
+        let at_end = step > 0 && plan.output.checkpoint_at_end && ended;
         if simulation.checkpoint == Some(step) || !(asked || at_end) {
             return Ok(());
         }

@@ -5,13 +5,13 @@
 //!
 //! - of the fluid its density, collision, coupling, force balance, flux control and its target, body acceleration and flow at the start;
 //! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
-//! - volume, inertia, density and material of each template, and its motion as far as it is prescribed;
+//! - volume, inertia, density and material of each template, its motion as far as it is prescribed, and what acts on it;
 //! - the contents of the files that the case names.
 //!
 //! It lacks the other numbers of [`identity`], the run plan, and what the text of the case decides alone: position and motion of the
 //! particles, and commands for LIGGGHTS.
 
-use crate::case::{Couette, FluidSetup, Setup};
+use crate::case::{FluidSetup, Setup, StartFlow};
 use crate::contact::{ContactModel, ElasticLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::fluid::Collision;
@@ -63,13 +63,14 @@ pub(super) fn setup_hash(setup: &Setup) -> String {
 /// The numbers that the [module](self) lists.
 pub(super) fn physics(setup: &Setup) -> Json {
     let file = |(name, bytes): &(String, Vec<u8>)| json!([name, format!("{:016x}", xxh3_64(bytes))]);
+    let templates = setup.templates.iter().zip(&setup.motions).zip(&setup.applied);
     json!({
         "contact": setup.contact.as_ref().map(contact),
         "files": setup.provenance.files.iter().map(file).collect::<Vec<_>>(),
         "fluid": setup.fluid.as_ref().map(fluid),
         "gravity": vector(setup.gravity),
         "substeps": setup.substeps,
-        "templates": setup.templates.iter().zip(&setup.motions).map(template).collect::<Vec<_>>(),
+        "templates": templates.map(|(of, applied)| template(of, applied)).collect::<Vec<_>>(),
         "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
     })
 }
@@ -135,10 +136,31 @@ fn fluid(fluid: &FluidSetup) -> Json {
     if target != Vec3::zeros() {
         json["net_flux"] = json!(vector(target));
     }
-    if let Some(Couette { axis, lower, gradient }) = fluid.start {
-        json["start"] = json!({ "axis": axis, "gradient": vector(gradient), "lower": vector(lower) });
+    if let Some(start) = fluid.start {
+        json["start"] = start_flow(start);
     }
     json
+}
+
+fn start_flow(flow: StartFlow) -> Json {
+    match flow {
+        StartFlow::Linear { axis, lower, gradient, stressed } => {
+            let mut json = json!({ "axis": axis, "gradient": vector(gradient), "lower": vector(lower) });
+            if stressed {
+                json["stressed"] = true.into();
+            }
+            json
+        }
+        StartFlow::Slit { axis, height, mean } => {
+            json!({ "axis": axis, "height": height, "mean": vector(mean) })
+        }
+        StartFlow::Pipe { axis, radius, mean } => {
+            json!({ "axis": axis.map(vector), "mean": vector(mean), "radius": radius })
+        }
+        StartFlow::TaylorGreen { axes, waves, speed } => {
+            json!({ "axes": axes, "speed": speed, "waves": waves })
+        }
+    }
 }
 
 /// By the names of its fields, without those that are `None`, so that a new one changes no identity of a case without it; and by the names
@@ -159,7 +181,7 @@ fn contact(model: &ContactModel) -> Json {
     contact
 }
 
-fn template((template, prescribed): (&Template, &PrescribedMotion)) -> Json {
+fn template((template, prescribed): (&Template, &PrescribedMotion), applied: &[Vec3; 2]) -> Json {
     let shape = &template.shape;
     let mut json = json!({
         "density": template.density,
@@ -168,6 +190,9 @@ fn template((template, prescribed): (&Template, &PrescribedMotion)) -> Json {
         "shape": shape.kind(),
         "volume": shape.volume(),
     });
+    if *applied != [Vec3::zeros(); 2] {
+        json["applied"] = json!(applied.map(vector));
+    }
     if !prescribed.is_free() {
         json["motion"] = motion(prescribed);
     }

@@ -207,6 +207,13 @@ impl<'a> Observer<'a> {
         outcome
     }
 
+    /// Returns true if a writer ends the run after this step. Collective.
+    pub(super) fn ends(&self, simulation: &Simulation) -> bool {
+        let may = self.setup.plan.steady.is_some()
+            && simulation.step.is_multiple_of(self.setup.plan.output.series_every);
+        may && simulation.comm.any(self.is_root && self.writers.iter().any(|writer| writer.ends()))
+    }
+
     /// Refuses to write where somebody has removed the directory or a table of this run, on rank 0.
     fn intact(&self) -> Result<()> {
         self.writers.iter().try_for_each(|writer| writer.intact())?;

@@ -179,7 +179,8 @@ pub fn branch(branch: &Branch, options: &RunOptions) -> Result<Option<Summary>> 
 /// The summary of the run in the output directory if it has come to the end of this case: there is nothing left to resume.
 pub fn finished(setup: &Setup) -> Option<Summary> {
     let summary = Summary::read(&OutputFiles::new(&setup.plan.output.directory).summary()).ok()?;
-    (!summary.interrupted && summary.steps == setup.plan.end_step).then_some(summary)
+    let steady = summary.steady && setup.plan.steady.is_some();
+    (!summary.interrupted && (steady || summary.steps == setup.plan.end_step)).then_some(summary)
 }
 
 /// The case of the run with this output directory, from its [newest checkpoint](saved_head); `changes` are options
@@ -385,11 +386,12 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         observer.warn(&what);
     }
     let (first, mut asked) = (simulation.step, Requests::default());
-    loop {
+    let ended = loop {
         observer.observe(&mut simulation, false)?;
-        checkpointer.write_if_due(&mut simulation, &mut observer, asked)?;
-        if asked.stop || simulation.step >= setup.plan.end_step {
-            break;
+        let ended = simulation.step >= setup.plan.end_step || observer.ends(&simulation);
+        checkpointer.write_if_due(&mut simulation, &mut observer, asked, ended)?;
+        if asked.stop || ended {
+            break ended;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
         simulation.requests = if tells { checkpointer.requests(options) } else { Requests::default() };
@@ -404,9 +406,8 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             }
             asked.stop = true;
         }
-    }
+    };
     simulation.check()?;
     observer.observe(&mut simulation, true)?;
-    let interrupted = simulation.step < setup.plan.end_step;
-    observer.finish(&mut simulation, interrupted)
+    observer.finish(&mut simulation, !ended)
 }

@@ -16,6 +16,7 @@
 #[cfg(feature = "pictures")]
 mod pictures;
 pub(super) mod series;
+mod steady;
 mod vtk;
 
 use super::Simulation;
@@ -101,6 +102,11 @@ pub trait Writer {
     /// Checks that a file that grows is still there, on rank 0, before anything is written.
     fn intact(&self) -> Result<()> {
         Ok(())
+    }
+
+    /// Returns true, on rank 0, if the run shall end after the last step that it [completed](Self::complete).
+    fn ends(&self) -> bool {
+        false
     }
 
     /// State for [`resume`](Self::resume), on rank 0; all that is written is safe on disk after this.
@@ -272,6 +278,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     #[cfg(feature = "pictures")]
     writers.push(Box::new(pictures::Pictures::new(setup)));
     writers.push(Box::new(series::Series::new(setup)));
+    if let Some(steadiness) = steady::Steadiness::of(setup) {
+        writers.push(Box::new(steadiness));
+    }
     writers
 }
 

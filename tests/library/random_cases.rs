@@ -38,6 +38,23 @@ const MOTIONS: [&str; 4] = [
     "motion = { velocity = { table = [[0, 0, 0, 0.02], [0.004, 0.03, 0, 0]] }, free = [\"y\", \"rotation\"] }\n",
 ];
 
+/// Velocities of a wall, and accelerations of the fluid.
+const WALLS: [&str; 3] = [
+    "[0.01, -0.02, 0.0]",
+    "{ oscillation = { amplitude = [0.02, 0, 0], frequency = 150, mean = [0, 0.01, 0] } }",
+    "{ table = [[0, 0, 0.02, 0], [0.003, 0.01, 0, 0]] }",
+];
+const DRIVES: [&str; 5] = [
+    "",
+    "",
+    "body_acceleration = { oscillation = { amplitude = [3, 0, 1], frequency = 100, phase = 40 } }\n",
+    "body_acceleration = { table = [[0, 0, 2, 0], [0.004, -1, 0, 0]] }\n",
+    "net_flux = [0.002, 0, 0]\n",
+];
+/// Keys of free particles.
+const PUSHES: [&str; 3] =
+    ["", "force = [1e-7, 0, -2e-7]\n", "torque = [0, 1e-11, 0]\ngranular_temperature = 1e-5\n"];
+
 /// The words that the schema of cases allows for a type: those of a new law are drawn without a change here.
 fn words(of: &str) -> &'static [String] {
     static ALL: OnceLock<BTreeMap<&str, Vec<String>>> = OnceLock::new();
@@ -59,7 +76,8 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let periodic: [bool; 3] = std::array::from_fn(|_| random.random_bool(0.7));
     let mut text = format!("[domain]\nsize = {size:?}\nperiodic = {periodic:?}\n");
     if !periodic[2] && random.random_bool(0.5) {
-        text += "faces = { \"z-\" = { velocity = [0.01, -0.02, 0.0] } }\n";
+        let velocity = WALLS.choose(random).unwrap();
+        writeln!(text, "faces = {{ \"z-\" = {{ velocity = {velocity} }} }}").unwrap();
     }
     let precision = ["f16", "f32", "f64"].choose(random).unwrap();
     let tau = random.random_range(0.53..0.8);
@@ -86,8 +104,11 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         .unwrap();
         if random.random_bool(0.3) {
             text += MOTIONS.choose(random).unwrap();
+        } else {
+            text += PUSHES.choose(random).unwrap();
         }
     }
+    let drive = DRIVES.choose(random).unwrap();
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));
     let balance = ["mixture", "fluid_only"].choose(random).unwrap();
@@ -104,7 +125,7 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     }
     write!(
         text,
-        "[contact]\nsubsteps = {substeps}\n{contact}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n\
+        "[contact]\nsubsteps = {substeps}\n{contact}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n{drive}\
          [run]\nend = {{ steps = {STEPS} }}\n"
     )
     .unwrap();

@@ -123,6 +123,88 @@ picture_every = { steps = 80 }
 fields_every = "never"
 "#;
 
+/// A suspension that a force and an acceleration shake between a plate that oscillates and one at rest, in a fluid that starts in motion.
+const SHAKEN: &str = r#"
+[domain]
+size = [2e-3, 2e-3, 3e-3]
+periodic = [true, true, false]
+faces = { "z+" = { velocity = { oscillation = { amplitude = [2e-2, 0, 0], frequency = 31, phase = 20 } } } }
+
+[fluid]
+density = 1000.0
+viscosity = 2e-6
+start = { poiseuille = { velocity = [5e-3, 0, 0] } }
+
+[lattice]
+cells_per_diameter = 5
+relaxation_time = 0.6
+
+[[particles]]
+shape = { sphere = { diameter = 5e-4 } }
+density = 3000.0
+count = 20
+force = [2e-8, 0, 0]
+torque = [0, 1e-12, 0]
+granular_temperature = 1e-5
+
+[[particles]]
+shape = { sphere = { diameter = 5e-4 } }
+density = 3000.0
+count = 3
+seed = 2
+motion = "fixed"
+
+[driving]
+body_acceleration = { table = [[0, 0, 0, 0], [0.02, 0.4, 0, 0], [0.04, -0.2, 0, 0]] }
+net_flux = [0, 2e-3, 0]
+
+[run]
+end = { steps = 160 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+particles_every = { steps = 80 }
+picture_every = "never"
+fields_every = "never"
+"#;
+
+/// A fluid between plates, which an acceleration drives until it is steady.
+const SETTLING_DOWN: &str = r#"
+[domain]
+size = [8e-4, 8e-4, 12e-4]
+periodic = [true, true, false]
+
+[fluid]
+density = 1000.0
+viscosity = 1e-6
+
+[lattice]
+cells_per_diameter = 2
+relaxation_time = 1.0
+
+[[particles]]
+shape = { sphere = { diameter = 2e-4 } }
+density = 1000.0
+list = []
+
+[driving]
+gravity = 0
+body_acceleration = [3e-3, 0, 0]
+
+[run]
+end = { steady = { over = { steps = 40 }, at_most = { steps = 2000 } } }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 8 }
+picture_every = "never"
+fields_every = "never"
+particles_every = "never"
+"#;
+
 /// Stones from a file at places from another one, between a floor and a lid that slides.
 const STONES: &str = r#"
 [domain]
@@ -244,6 +326,38 @@ fn prescribed_bodies_resume_to_the_bit_within_a_period_on_other_threads() {
     // The text of the case file, which a resumed run does not read.
     let warning = place.summary("out")["warnings"][0].to_string();
     assert!(warning.contains("--> case.toml:"), "{warning}");
+}
+
+#[test]
+fn a_suspension_that_is_driven_over_time_resumes_to_the_bit_on_other_threads() {
+    in_two_halves(&Place::new(SHAKEN), 160, &[], &[]);
+}
+
+#[test]
+fn a_run_that_ends_when_it_is_steady_ends_at_the_same_step_when_it_is_resumed_on_other_threads() {
+    let place = Place::new(SETTLING_DOWN);
+    let start = ["run", "case.toml", "--overwrite", "--quiet"];
+    place.well(&[&start[..], &["--out", "whole", "--threads", "1"]].concat());
+    let whole = place.summary("whole");
+    let steps = whole["steps"].as_u64().unwrap();
+    assert!(
+        whole["steady"] == true && whole["interrupted"] == false && (200..1900).contains(&steps),
+        "{steps}"
+    );
+    // The slowest mode decays with H^2 / (pi^2 nu), 88 steps: energies change by 1e-3 in 40 steps after 600.
+    assert!((450..800).contains(&steps), "{steps}");
+    let whole = Left::of(&place, "whole");
+    for (before, after) in [("1", "2"), ("2", "1")] {
+        let first = ["--threads", before, "--set", "run.end.steady.at_most.steps=400"];
+        place.well(&[&start[..], &first].concat());
+        assert_eq!(place.summary("out")["steady"], false);
+        let second = ["--threads", after, "--set", "run.end.steady.at_most.steps=2000"];
+        place.well(&[&["resume", "out", "--quiet"][..], &second].concat());
+        Left::of(&place, "out").must_be(&whole, &format!("{before} and then {after} threads"));
+        // It is finished: nothing is left to do.
+        let again = place.well(&["resume", "out", "--quiet"]);
+        assert_eq!(place.summary("out")["steps"].as_u64(), Some(steps), "{again}");
+    }
 }
 
 #[cfg(feature = "liggghts")]

@@ -94,6 +94,8 @@ pub struct Coupling {
     removed: Vec<u64>,
     /// Of each template; empty if there are none.
     virtual_masses: Vec<Option<VirtualMass>>,
+    /// Constant load on the bodies of each template besides all else; empty if there is none.
+    applied: Vec<Load>,
     /// Mean loads of the past, weight included, of the owned ones of the last sweep; empty without virtual masses.
     swept_means: Vec<Load>,
     /// Scratch of [`map`](Self::map).
@@ -144,11 +146,17 @@ impl Coupling {
             swept_loads: Vec::new(),
             removed: Vec::new(),
             virtual_masses: Vec::new(),
+            applied: Vec::new(),
             swept_means: Vec::new(),
             cover: Cover::default(),
             images: None,
             found: false,
         }
+    }
+
+    /// Tells the constant loads that the bodies of each template get besides that of the fluid.
+    pub fn set_applied(&mut self, of_templates: Vec<Load>) {
+        self.applied = of_templates;
     }
 
     /// Gives the bodies of each template a virtual mass, or none.
@@ -252,7 +260,8 @@ impl Coupling {
         let mut loads: Vec<Load> = loads.collect();
         for ((load, mean), particle) in loads.iter_mut().zip(&mut means).zip(particles.owned()) {
             if let Some(virtual_mass) = &self.virtual_masses[particle.template as usize] {
-                let weight = self.params.gravity * particles.template(particle).mass();
+                let mut weight = self.applied.get(particle.template as usize).copied().unwrap_or_default();
+                weight.force += self.params.gravity * particles.template(particle).mass();
                 *load = virtual_mass.apply(*load, weight, mean);
             }
         }

@@ -26,7 +26,7 @@ mod walls;
 use crate::comm::Comm;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::error::Result;
-use crate::lattice::{Q, shifted_equilibrium};
+use crate::lattice::{C, Q, W, shifted_equilibrium};
 use crate::memory;
 pub use bodies::{BlockSolids, Body, CoverCount, ExchangeSum, RigidMotion, RowSegments, Segment};
 use buffer::Buffer;
@@ -132,6 +132,17 @@ pub struct Flow {
     pub fault: Option<([usize; 3], f64)>,
 }
 
+/// A flow in a cell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlowState {
+    /// Density.
+    pub density: f64,
+    /// Velocity (cells per time step).
+    pub velocity: [f64; 3],
+    /// Rate of strain (1 / time step): `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
+    pub strain: [f64; 6],
+}
+
 /// The fluid of one block.
 pub struct Fluid<S: Population> {
     domain: Domain,
@@ -212,6 +223,35 @@ impl<S: Population> Fluid<S> {
 
     /// Sets every cell to equilibrium at the density and velocity given for its position in the box. Collective in effect.
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
+        self.set_cells(|at| {
+            let (rho, u) = state(at);
+            shifted_equilibrium(rho, u)
+        });
+    }
+
+    /// Sets every cell to a flow, with its viscous stress: `f = f_eq - 3 w_i rho tau c.S.c` of the rate of strain `S`, without trace.
+    /// Collective in effect.
+    ///
+    /// Reference: Krüger et al. (2017), The Lattice Boltzmann Method, Eq. (4.35).
+    pub fn set_flow(&mut self, state: impl Fn([usize; 3]) -> FlowState) {
+        let tau = self.relaxation_times[0];
+        self.set_cells(|at| {
+            let FlowState { density, velocity, strain } = state(at);
+            let mut g = shifted_equilibrium(density, velocity);
+            if strain.iter().any(|&s| s != 0.0) {
+                let [xx, yy, zz, xy, xz, yz] = strain;
+                for (i, g) in g.iter_mut().enumerate() {
+                    let [x, y, z] = C[i].map(|c| c as f64);
+                    let along =
+                        (x * x * xx + y * y * yy + z * z * zz) + 2.0 * (x * y * xy + x * z * xz + y * z * yz);
+                    *g -= 3.0 * W[i] * density * tau * along;
+                }
+            }
+            g
+        });
+    }
+
+    fn set_cells(&mut self, cell: impl Fn([usize; 3]) -> [f64; Q]) {
         let ([nx, ny, nz], lo) = (self.layout.size.map(|n| n as isize), self.block.lo);
         let cells = self.domain.cells.map(|n| n as isize);
         self.phase = AaPhase::Even;
@@ -227,12 +267,7 @@ impl<S: Population> Fluid<S> {
             let at = std::array::from_fn(|a| at[a].rem_euclid(cells[a]) as usize);
             let inside = x >= 0 && x < nx && y >= 0 && y < ny && z >= 0 && z < nz;
             let in_wall = inside && self.walls.of([x, y, z].map(|c| c as usize)).is_some();
-            let g = if beyond || in_wall {
-                [0.0; Q]
-            } else {
-                let (rho, u) = state(at);
-                shifted_equilibrium(rho, u)
-            };
+            let g = if beyond || in_wall { [0.0; Q] } else { cell(at) };
             for (i, g) in g.into_iter().enumerate() {
                 self.populations[i * self.layout.stride + slot] = S::round(S::Number::from_f64(g));
             }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 /// One kind of particle: shape, density, and exactly one of `volume_fraction`, `count`, `file`, `list`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields, transform = one_of, extend("dependentSchemas" = {
-    "sizes": at_random(), "seed": at_random(), "minimum_gap": { "anyOf": [at_random(), relaxed()] },
+    "sizes": at_random(), "seed": { "anyOf": [at_random(), { "required": ["granular_temperature"] }] }, "minimum_gap": { "anyOf": [at_random(), relaxed()] },
     "overlaps": listed(), "relax_distance": relaxed(), "columns": { "required": ["file"] }
 }))]
 pub struct ParticleSection {
@@ -25,6 +25,16 @@ pub struct ParticleSection {
     /// "free", "fixed", or prescribed velocities, `{ velocity = [...], angular_velocity = [...], free = [...] }`. `series.csv` has
     /// the force and torque on the fixed and prescribed bodies of a section. Default "free".
     pub motion: Option<MotionSection>,
+    /// Constant force (N) on each body besides weight, fluid and contacts, in directions in which it is free. Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub force: [f64; 3],
+    /// Constant torque (N m) on each body, in the axes of the box. Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub torque: [f64; 3],
+    /// Random velocities at the start, of this mean square in each direction (m^2/s^2) and without momentum together, beside those of
+    /// `list`, `file` or the flow; by `seed`. Default: none.
+    #[schemars(transform = positive)]
+    pub granular_temperature: Option<f64>,
     /// Its positions.
     #[serde(flatten)]
     pub positions: PositionsBy,
@@ -37,7 +47,7 @@ pub struct ParticleSection {
     /// `{ uniform = [0.8, 1.2], steps = 5 }`, or
     /// `[{ scale = 1, share = 0.7 }, { scale = 0.5, share = 0.3 }]` with shares of their number. Default: all as written.
     pub sizes: Option<Sizes>,
-    /// Seed of the random positions: the same seed gives the same positions on any machine. Default 1.
+    /// Seed of the random positions and velocities: the same seed gives the same ones on any machine. Default 1.
     pub seed: Option<u64>,
     /// Least gap between the surfaces of random particles (m). Default 0.0278 diameters of the sphere of equal volume, and at
     /// least twice the contact enlargement, so that none begins in contact. With `overlaps = "relax"` that of listed particles,

@@ -86,8 +86,7 @@ pub(super) fn row(
         None => setup.domain.volume(),
     };
     // Before the first step no body has moved the fluid.
-    let start = (simulation.step == 0).then(|| setup.flow_at_start());
-    let moving = start.map_or(mean.velocity, |flow| flow(0.5 * setup.domain.size()));
+    let moving = if simulation.step == 0 { setup.mean_flow_at_start() } else { mean.velocity };
     let walls = setup.walls.iter().zip(by_fluid).enumerate();
     let tells = simulation.dem.tells_contacts();
     Some(SeriesRow {

@@ -234,7 +234,12 @@ impl Writer for Series<'_> {
     /// The averages, and the plot of the settling velocity.
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
         let (setup, samples) = (self.setup, &self.samples);
-        let first = (samples.steps).partition_point(|&step| step < setup.plan.average_from_step);
+        // A run that has become steady may end before the averages were to begin.
+        let last = samples.steps.last().copied().unwrap_or_default();
+        let window = setup.plan.steady.map_or(0, |steady| steady.window);
+        let from = setup.plan.average_from_step.min(last.saturating_sub(window));
+        let from = if setup.plan.steady.is_some() { from } else { setup.plan.average_from_step };
+        let first = (samples.steps).partition_point(|&step| step < from);
         let (t_star, settling) = (&samples.t_star, &samples.settling);
         let steady = settles_for_ever(setup);
         let sunk = |from: usize| self.sunk(from);

@@ -361,6 +361,7 @@ impl Live {
 fn end_step(case: &str, [step, time, t_star]: [f64; 3]) -> Option<u64> {
     let case: toml::Table = case.parse().ok()?;
     let end = case.get("run")?.get("end")?;
+    let end = end.get("steady").and_then(|steady| steady.get("at_most")).unwrap_or(end);
     let number =
         |key: &str| end.get(key).and_then(|value| value.as_float().or(value.as_integer().map(|n| n as f64)));
     let steps = match (number("steps"), number("time"), number("stokes_times")) {
@@ -393,6 +394,7 @@ mod tests {
         assert_eq!(end("steps = 70"), Some(70));
         assert_eq!(end("time = 2"), Some(400));
         assert_eq!(end("stokes_times = 10.0"), Some(250));
+        assert_eq!(end("steady = { over = { steps = 5 }, at_most = { time = 2 } }"), Some(400));
         assert_eq!(end_step("[run]\nend = { time = 1.0 }\n", [0.0; 3]), None);
         assert_eq!(end_step("no case", [1.0; 3]), None);
     }

@@ -7,7 +7,7 @@ use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{
-    Boundary, CellState, F16, Flow, Fluid, FluidParams, Images, Precision, WallLoad, WallMotion,
+    Boundary, CellState, F16, Flow, FlowState, Fluid, FluidParams, Images, Precision, WallLoad, WallMotion,
 };
 
 /// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
@@ -107,6 +107,12 @@ impl AnyFluid {
     pub fn set_equilibrium(&mut self, state: impl Fn([usize; 3]) -> (f64, [f64; 3])) {
         let state: &dyn Fn([usize; 3]) -> (f64, [f64; 3]) = &state;
         either!(self, fluid => fluid.set_equilibrium(state));
+    }
+
+    /// Sets every cell to a flow, as [`Fluid::set_flow`]. Collective in effect.
+    pub fn set_flow(&mut self, state: impl Fn([usize; 3]) -> FlowState) {
+        let state: &dyn Fn([usize; 3]) -> FlowState = &state;
+        either!(self, fluid => fluid.set_flow(state));
     }
 
     /// Density (-) and velocity (cells per step) of the bare populations in a cell of the block.

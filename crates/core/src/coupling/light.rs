@@ -12,8 +12,8 @@
 //! Schwarz, Kempe and Froehlich (2015), except that its right side is the mean acceleration of the last `T` steps: the
 //! acceleration of the last step alone (`T = 1`) is a negative resistance at the frequencies of sound, where a fluid with
 //! delayed response does not resist as much. The third is the same, as a load on a body of mass `M = s rho V` for any
-//! engine; torques likewise, without the weight. A load that lasts is applied in full. `T` and `h` are fitted to the
-//! stability of spheres (`docs/theory/coupling.md`).
+//! engine; torques likewise. With the weight go the constant force and torque that a case applies. A load that lasts is
+//! applied in full. `T` and `h` are fitted to the stability of spheres (`docs/theory/coupling.md`).
 //!
 //! Reference: Schwarz, Kempe and Froehlich (2015), J. Comput. Phys. 281.
 
@@ -55,16 +55,16 @@ impl VirtualMass {
         (HEAVY_CELLS / across).clamp(HEAVY, NEUTRAL)
     }
 
-    /// The load to apply in place of that of the fluid, beside a `weight` (N); `mean` is that of the past, with the weight.
-    pub(super) fn apply(&self, load: Load, weight: Vec3, mean: &mut Load) -> Load {
+    /// The load to apply in place of that of the fluid, beside a `weight` and what else acts; `mean` is that of the past, with the weight.
+    pub(super) fn apply(&self, load: Load, weight: Load, mean: &mut Load) -> Load {
         let part = |now: Vec3, mean: &mut Vec3| {
             let applied = now + (*mean - now) * self.share;
             *mean += (applied - *mean) * self.rate;
             applied
         };
         Load {
-            force: part(load.force + weight, &mut mean.force) - weight,
-            torque: part(load.torque, &mut mean.torque),
+            force: part(load.force + weight.force, &mut mean.force) - weight.force,
+            torque: part(load.torque + weight.torque, &mut mean.torque) - weight.torque,
         }
     }
 }
@@ -90,7 +90,8 @@ mod tests {
     #[test]
     fn a_load_that_begins_accelerates_body_and_virtual_mass_and_one_that_lasts_the_body_alone() {
         let (mass, mut mean) = (of(0.05).unwrap(), Load::default());
-        let (load, weight) = (Load { force: Vec3::x() * 4.0, torque: Vec3::y() }, -Vec3::x());
+        let load = Load { force: Vec3::x() * 4.0, torque: Vec3::y() };
+        let weight = Load { force: -Vec3::x(), torque: Vec3::zeros() };
         let first = mass.apply(load, weight, &mut mean);
         // Net force 3 on 0.5 rho V, of which the body is a tenth.
         assert!((first.force - Vec3::x() * 1.3).norm() < 1e-14, "{first:?}");
@@ -117,8 +118,8 @@ mod tests {
     fn a_light_body_in_a_fluid_that_answers_late_is_unstable_without_and_stable_with_it() {
         assert!(growth(|load, _| load) > 1e6);
         let of_one_step = VirtualMass { rate: 1.0, ..of(0.05).unwrap() };
-        assert!(growth(|load, mean| of_one_step.apply(load, Vec3::zeros(), mean)) > 1e-2);
+        assert!(growth(|load, mean| of_one_step.apply(load, Load::default(), mean)) > 1e-2);
         let mass = of(0.05).unwrap();
-        assert!(growth(|load, mean| mass.apply(load, Vec3::zeros(), mean)) < 1e-2);
+        assert!(growth(|load, mean| mass.apply(load, Load::default(), mean)) < 1e-2);
     }
 }

@@ -70,7 +70,9 @@ impl Study {
             Some(input) == wanted.as_ref() && is_of(json, setup) && is_measured_alike(json)
         };
         let is_finished = |Found { json, .. }: &Found| {
-            bench.is_some() || json["interrupted"] == false && json["steps"] == setup.plan.end_step
+            bench.is_some()
+                || json["interrupted"] == false
+                    && (json["steady"] == true || json["steps"] == setup.plan.end_step)
         };
         let own = found.iter().find(|found| found.directory == directory);
         if let Some(found) = own.into_iter().chain(found).find(|found| fits(found) && is_finished(found)) {
