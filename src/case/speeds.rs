@@ -434,7 +434,6 @@ mod tests {
         let fixed = "particles.0={ shape.sphere.diameter = 2e-4, density = 500, volume_fraction = 0.2, motion = \"fixed\" }";
         let Resistance::Held { rate, fraction } = along(&[open, fixed], 2) else { panic!() };
         assert!((fraction - 0.2).abs() < 2e-3);
-        // Sangani and Acrivos (1982), doi:10.1016/0301-9322(82)90029-5, have 12.1 for a simple cubic array at 0.2, random ones less.
         let drag = rate * 4e-8 / (18.0 * fraction * 1e-6);
         assert!((3.5..5.5).contains(&drag), "{drag}");
         let sideways = fixed.replace("\"fixed\"", "{ free = [\"x\"] }");

@@ -19,6 +19,7 @@ mod same_body;
 mod schema;
 mod seeds;
 mod session;
+mod starts;
 mod stress;
 mod tables;
 mod walls;

@@ -8,12 +8,12 @@ fn accelerations_velocities_of_walls_and_fluxes_that_are_none_are_refused() {
         (
             "[run]",
             "[driving]\nbody_acceleration = { oscillation = { amplitude = [1, 0, 0], frequency = 1e5 } }\n[run]",
-            &["bad.toml:19:", "`driving.body_acceleration.oscillation.frequency` is 100000", "10 time steps"],
+            &["bad.toml:20:", "`driving.body_acceleration.oscillation.frequency` is 100000", "10 time steps"],
         ),
         (
             "[run]",
             "[driving]\nbody_acceleration = { table = [[0, 1, 0, 0], [0, 2, 0, 0]] }\n[run]",
-            &["bad.toml:19:", "`driving.body_acceleration.table.1` is 0", "later than 0 s"],
+            &["bad.toml:20:", "`driving.body_acceleration.table.1` is 0", "later than 0 s"],
         ),
         (
             "diameters = [4, 4, 4] }",
@@ -29,12 +29,12 @@ fn accelerations_velocities_of_walls_and_fluxes_that_are_none_are_refused() {
         (
             "[run]",
             "[driving]\nnet_flux = [1e-3, 0, 0]\nzero_net_flux = true\n[run]",
-            &["bad.toml:19:", "`driving.net_flux` and `driving.zero_net_flux` both", "remove one"],
+            &["bad.toml:20:", "`driving.net_flux` and `driving.zero_net_flux` both", "remove one"],
         ),
         (
             "[run]",
             "[driving]\nnet_flux = [1e-3, 0, 0]\nbody_acceleration = [1e-3, 0, 0]\n[run]",
-            &["bad.toml:19:", "`driving.net_flux` and `driving.body_acceleration` both drive", "along x"],
+            &["bad.toml:20:", "`driving.net_flux` and `driving.body_acceleration` both drive", "along x"],
         ),
         (
             "diameters = [4, 4, 4] }",
@@ -44,7 +44,7 @@ fn accelerations_velocities_of_walls_and_fluxes_that_are_none_are_refused() {
         (
             "[run]",
             "[driving]\nnet_flux = [9, 0, 0]\n[run]",
-            &["bad.toml:19:", "the flow of `driving.net_flux` is 9.0000e0 m/s", "cannot follow"],
+            &["bad.toml:20:", "the flow of `driving.net_flux` is 9.0000e0 m/s", "cannot follow"],
         ),
     ]);
 }
