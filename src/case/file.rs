@@ -6,13 +6,15 @@ mod contacts;
 mod motion;
 mod particles;
 mod pictures;
+mod run;
 mod shapes;
+mod start;
 mod walls;
 
 use crate::coupling::ForceBalance;
 pub use crate::coupling::SolidOperator;
 use crate::document::{Format, Schema, free, non_negative, one_of, positive};
-use crate::fluid::{Precision, Simd};
+use crate::fluid::Precision;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -30,7 +32,9 @@ pub use particles::{
     RelaxDistance, SizeShare, SizeSpread, Sizes,
 };
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
+pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
+pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection, WallShape};
 
 /// Remedy for a dynamic viscosity.
@@ -225,61 +229,6 @@ pub enum ViscosityBy {
     Galileo(#[schemars(transform = positive)] f64),
 }
 
-/// Flow at the start of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum FluidStart {
-    /// Fluid and bodies at rest.
-    #[default]
-    Rest,
-    /// Plane Couette flow between two faces, which needs no time to form.
-    Couette,
-    /// The same velocity (m/s) everywhere.
-    Uniform([f64; 3]),
-    /// Linear along a closed direction.
-    Shear(ShearSection),
-    /// Poiseuille flow between two plates, or in a pipe.
-    Poiseuille(PoiseuilleSection),
-    /// Vortices of Taylor and Green in a periodic box, one wave in each direction.
-    TaylorGreen(TaylorGreenSection),
-}
-
-/// A flow whose velocity is linear along a direction.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ShearSection {
-    /// Rise of the velocity (1/s) in that direction.
-    pub gradient: [f64; 3],
-    /// The direction: "x", "y" or "z", which is closed by walls.
-    pub along: Axis,
-    /// Velocity (m/s) in the middle of the box. Default `[0, 0, 0]`.
-    #[serde(default)]
-    pub velocity: [f64; 3],
-}
-
-/// Flow of a parabolic profile.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PoiseuilleSection {
-    /// Mean velocity (m/s): between two plates two thirds of the largest, in a pipe half of it.
-    pub velocity: [f64; 3],
-}
-
-/// Vortices of Taylor and Green.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct TaylorGreenSection {
-    /// Largest velocity (m/s) along the first direction of their plane.
-    pub velocity: f64,
-    /// The direction across their plane. Default "z", so that they are in x and y.
-    #[serde(default = "across")]
-    pub normal: Axis,
-}
-
-fn across() -> Axis {
-    Axis::Z
-}
-
 /// The lattice: `cells_per_diameter`, and exactly one of `relaxation_time`, `time_step`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields, transform = one_of)]
@@ -382,103 +331,6 @@ pub enum Gravity {
     Downwards(#[schemars(transform = non_negative)] f64),
     /// Any direction (m/s^2).
     Vector([f64; 3]),
-}
-
-/// Length of the run, and number of threads.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RunSection {
-    /// Length of the run: `{ time = 0.5 }` (s), `{ steps = 1000 }`, `{ stokes_times = 50 }`, or until it is steady,
-    /// `{ steady = { over = { time = 0.1 }, at_most = { time = 2 } } }`.
-    pub end: RunEnd,
-    /// Averages are taken from here on. Default: one third of the run; of one that ends when it is steady, the last window.
-    pub average_from: Option<Duration>,
-    /// Threads; 0 is one per core. Default 0. Results do not depend on it.
-    #[serde(default)]
-    #[schemars(transform = free)]
-    pub threads: usize,
-    /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
-    #[schemars(transform = free)]
-    pub simd: Option<Simd>,
-    /// Device that computes the fluid: "cpu", "gpu" or "gpu:1", a device by its number in `turbid doctor`, from 0 on, or "gpu:0,1", devices
-    /// that the ranks take in turn. Default "cpu". Results do not depend on it. With devices, the default of `threads` is their number.
-    #[schemars(regex(pattern = r"^(cpu|gpu(:[0-9]{1,3}(,[0-9]{1,3})*)?)$"))]
-    #[schemars(transform = free)]
-    pub device: Option<String>,
-}
-
-/// A length of time.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Duration {
-    /// Seconds, e.g. `{ time = 0.5 }`.
-    Time(#[schemars(transform = positive)] f64),
-    /// Steps.
-    Steps(u64),
-    /// Units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
-    StokesTimes(#[schemars(transform = positive)] f64),
-}
-
-/// End of a run.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum RunEnd {
-    /// After seconds, e.g. `{ time = 0.5 }`.
-    Time(#[schemars(transform = positive)] f64),
-    /// After steps.
-    Steps(u64),
-    /// After units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
-    StokesTimes(#[schemars(transform = positive)] f64),
-    /// When it is steady.
-    Steady(SteadySection),
-}
-
-/// A steady state: net flux, mean velocity and kinetic energies in the means of two windows, one after the other, are the same.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SteadySection {
-    /// Length of each window; a row of series.csv or more are in it.
-    pub over: Duration,
-    /// The run ends here if it has not become steady.
-    pub at_most: Duration,
-    /// Largest change that counts as none (-), of velocities over the largest of them, of energies over the larger. Default 1e-3.
-    #[serde(default = "unchanged")]
-    #[schemars(transform = positive)]
-    pub change: f64,
-}
-
-fn unchanged() -> f64 {
-    1e-3
-}
-
-/// Interval between outputs.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Every {
-    /// Not at all.
-    Never,
-    /// Seconds.
-    Time(#[schemars(transform = positive)] f64),
-    /// Steps; "never" switches the output off.
-    Steps(#[schemars(extend("minimum" = 1))] u64),
-    /// Units of `t* = D / u_Stokes`.
-    StokesTimes(#[schemars(transform = positive)] f64),
-}
-
-/// Interval between checkpoints.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum CheckpointEvery {
-    /// Only when the run is stopped or asked for one.
-    Never,
-    /// Seconds of wall time.
-    WallTime(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e9))] f64),
-    /// Seconds.
-    Time(#[schemars(transform = positive)] f64),
-    /// Steps.
-    Steps(#[schemars(extend("minimum" = 1))] u64),
-    /// Units of `t* = D / u_Stokes`.
-    StokesTimes(#[schemars(transform = positive)] f64),
 }
 
 /// Files to write.
