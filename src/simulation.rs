@@ -316,9 +316,10 @@ impl Simulation {
         } else {
             vec![Load::default(); dem.particles().owned]
         };
-        for (load, particle) in loads.iter_mut().zip(dem.particles().owned()).filter(|_| !applied.is_empty())
-        {
-            *load += applied[particle.template as usize];
+        if !applied.is_empty() {
+            for (load, particle) in loads.iter_mut().zip(dem.particles().owned()) {
+                *load += applied[particle.template as usize];
+            }
         }
         if let Some(external) = external {
             let time = self.step as f64 * units.dt;

@@ -114,9 +114,17 @@ impl Setup {
             && fluid.is_some_and(|fluid| fluid.body_acceleration.largest()[axis] != 0.0)
     }
 
-    /// What resists a net flux along an axis: bodies that are held, by the drag of an array of theirs, and walls, as a slit does, at
+    /// Rate (1/s) at which what is held, bodies or walls, stops a net flux along an axis; none if nothing is.
+    pub fn resistance_rate(&self, fluid: &FluidSetup, axis: usize) -> Option<f64> {
+        match self.resistance(fluid, axis) {
+            Resistance::Held { rate, .. } => Some(rate),
+            Resistance::None { .. } => None,
+        }
+    }
+
+    /// Resistance against a net flux along an axis: bodies that are held, by the drag of an array of theirs, and walls, as a slit does, at
     /// `12 nu / h^2`.
-    pub fn resistance(&self, fluid: &FluidSetup, axis: usize) -> Resistance {
+    pub(crate) fn resistance(&self, fluid: &FluidSetup, axis: usize) -> Resistance {
         let bodies = HeldBodies::of(self, axis);
         let width = self.width_across(axis);
         if bodies.is_none() && width.is_infinite() {

@@ -50,7 +50,7 @@ pub enum RunEnd {
     Steps(u64),
     /// After units of `t* = D / u_Stokes`, the time in which a particle at Stokes velocity travels one diameter.
     StokesTimes(#[schemars(transform = positive)] f64),
-    /// When it is steady.
+    /// At a steady state.
     Steady(SteadySection),
 }
 

@@ -71,11 +71,11 @@ pub struct DrivingParams {
 pub struct Control {
     /// Flux to be kept (m/s).
     pub target: f64,
-    /// What resists it.
+    /// Resistance against it.
     pub resistance: Resistance,
 }
 
-/// What resists the net flux in a direction.
+/// Resistance against the net flux in a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Resistance {
     /// Nothing for long: bodies follow it. With the rate (1/s) of the controller.

@@ -23,7 +23,7 @@ pub(super) const CASE: Case = Case {
 
 /// Of the flux, over what is asked for or over the velocity of the bed, from this step on.
 const TOLERANCE: f64 = 0.01;
-const STEPS: u64 = 160;
+const STEPS: u64 = 240;
 /// Edge of a cell (m), and cells of the box, which holds two lattice constants.
 const CELL: f64 = 1e-4;
 const EDGE: usize = 24;

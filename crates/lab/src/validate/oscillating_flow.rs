@@ -31,7 +31,7 @@ const OF_PHASE: f64 = 3.0;
 
 type C = Complex<f64>;
 
-/// What drives a flow between plates.
+/// Drive of a flow between plates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Drive {
     /// The fluid, against plates at rest: Womersley's flow.

@@ -3,10 +3,8 @@
 use super::diameters;
 use crate::cli::terminal::{Row, row};
 use turbid::case::{Bound, FluidSetup, Setup};
-use turbid::coupling::Resistance;
 use turbid::engine::EngineChoice;
 use turbid::fluid::Collision;
-use turbid::math::Vec3;
 
 /// A velocity in lattice units.
 fn on_lattice(setup: &Setup, velocity: f64) -> String {
@@ -58,19 +56,18 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let axes: Vec<&str> = (["x", "y", "z"].into_iter().zip(fluid.net_flux))
         .filter_map(|(axis, flux)| flux.map(|_| axis))
         .collect();
-    let target = Vec3::from(fluid.net_flux.map(Option::unwrap_or_default));
+    let target = fluid.net_flux.map(Option::unwrap_or_default);
+    let vanishes = target.iter().all(|&flux| flux == 0.0);
     rows.push(if axes.is_empty() {
         row("zero_net_flux", "off", "the mean volume flux is free")
     } else {
-        let kept = |axis: usize| match setup.resistance(fluid, axis) {
-            Resistance::None { rate } => format!("at a rate of {rate:.3e} 1/s"),
-            Resistance::Held { rate, .. } => {
-                format!("within some 150 steps against a resistance of {rate:.3e} 1/s")
-            }
+        let kept = |axis: usize| match setup.resistance_rate(fluid, axis) {
+            None => format!("at a rate of {:.3e} 1/s", fluid.control_rate),
+            Some(rate) => format!("within some 150 steps against a resistance of {rate:.3e} 1/s"),
         };
         let mut ways: Vec<String> = (0..3).filter(|&a| fluid.net_flux[a].is_some()).map(kept).collect();
         ways.dedup();
-        let what = if target == Vec3::zeros() {
+        let what = if vanishes {
             "removes the mean volume flux along these".to_string()
         } else {
             format!(
@@ -78,7 +75,7 @@ fn driven_rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
                 target[0], target[1], target[2]
             )
         };
-        let name = if target == Vec3::zeros() { "zero_net_flux" } else { "net_flux" };
+        let name = if vanishes { "zero_net_flux" } else { "net_flux" };
         row(name, axes.join(", "), format!("a controller {what}, {}", ways.join("; ")))
     });
     rows
