@@ -102,16 +102,20 @@ pub(super) fn lubrication(
         let title = "`contact.lubrication` needs contacts, which are off";
         return Err(document.error_at(&marks, title, "remove one of them"));
     }
-    let other = (kinds.templates.iter())
-        .position(|Template { shape, .. }| shape.as_sphere().is_none() && shape.as_ellipsoid().is_none());
-    if let Some(index) = other {
+    let is_smooth =
+        |Template { shape, .. }: &Template| shape.as_sphere().is_some() || shape.as_ellipsoid().is_some();
+    let near_smooth = kinds.templates.iter().any(is_smooth);
+    let is_known =
+        |template: &Template| is_smooth(template) || near_smooth && template.shape.as_polyhedron().is_some();
+    if let Some(index) = kinds.templates.iter().position(|template| !is_known(template)) {
         let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
         let marks = [(&*shape, "neither a sphere nor an ellipsoid"), (key, "lubrication")];
         let kind = kinds.templates[index].shape.kind();
-        let title =
-            format!("`{key}` knows the films of spheres and ellipsoids only, but `{shape}` is a {kind}");
-        let remedy = "remove `contact.lubrication`: a film at a flat face, an edge, or a place without curvature has \
-                      another law";
+        let title = format!(
+            "`{key}` knows the films of spheres and ellipsoids only, also at flat faces, but `{shape}` is a {kind}"
+        );
+        let remedy = "remove `contact.lubrication`: a film between flat faces, at an edge, or a place without curvature \
+                      has another law; or add spheres or ellipsoids to polyhedra, which have films with these alone";
         return Err(document.error_at(&marks, &title, remedy));
     }
     let viscosity = viscosity(document, section, &reference(section, kinds, gravity))?;
@@ -126,7 +130,7 @@ pub(super) fn lubrication(
         return Err(document.error(&format!("{key}.roughness"), &title, "not narrower than a cell", remedy));
     }
     let unresolved = match collision(document, lattice)?.1 {
-        Method::Saturated(_) => Unresolved::SATURATED,
+        Method::Saturated(_) => Unresolved::saturated(relaxation_time),
         Method::Homogenised(_) => Unresolved::homogenised(relaxation_time),
     };
     Ok(Some(Lubrication { viscosity: viscosity * section.density, roughness, cell: dx, unresolved }))

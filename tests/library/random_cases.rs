@@ -28,8 +28,8 @@ const SHAPES: [&str; 10] = [
     "superellipsoid = { axes = [5e-4, 5e-4, 4e-4], exponents = [0.6, 0.8] }",
 ];
 
-/// Those that lubrication knows.
-const SMOOTH: [&str; 3] = [SHAPES[0], SHAPES[3], SHAPES[7]];
+/// Those that lubrication knows, the last ones beside the first three.
+const LUBRICATED: [&str; 6] = [SHAPES[0], SHAPES[3], SHAPES[7], SHAPES[1], SHAPES[2], SHAPES[6]];
 
 const MOTIONS: [&str; 4] = [
     "motion = \"fixed\"\n",
@@ -93,8 +93,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     )
     .unwrap();
     let lubricated = random.random_bool(0.25);
-    for _ in 0..random.random_range(1..4_u8) {
-        let shape = if lubricated { SMOOTH.choose(random) } else { SHAPES.choose(random) }.unwrap();
+    for section in 0..random.random_range(1..4_u8) {
+        let known = if section == 0 { &LUBRICATED[..3] } else { &LUBRICATED };
+        let shape = if lubricated { known.choose(random) } else { SHAPES.choose(random) }.unwrap();
         let (density, count) = (random.random_range(500.0..5000.0), random.random_range(1..12_u8));
         let seed = random.random_range(0..1000_u32);
         write!(

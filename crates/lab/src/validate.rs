@@ -19,6 +19,7 @@ mod random_array;
 mod reference;
 mod restitution;
 mod rising_sphere;
+mod rolling;
 mod settling_tank;
 mod shear;
 mod shear_viscosity;
@@ -58,6 +59,7 @@ pub const CASES: &[Case] = &[
     net_flux::CASE,
     periodic_settling::CASE,
     rising_sphere::CASE,
+    rolling::CASE,
     prescribed_motion::CASE,
     shear::CASE,
     settling_tank::CASE,

@@ -47,8 +47,8 @@ pub struct ContactSection {
     /// Sub-steps of the particles in each step, at most 10000. Default 1.
     #[schemars(extend("minimum" = 1, "maximum" = 10000))]
     pub substeps: u32,
-    /// Forces of the fluid in gaps between spheres or ellipsoids, and at walls, that the lattice does not resolve: of spheres normal,
-    /// tangential and rotational, of ellipsoids normal. Without this section there are none.
+    /// Forces and torques of the fluid in gaps of spheres and ellipsoids with each other, with walls and with the faces of polyhedra that the lattice
+    /// does not resolve. Without this section there are none.
     pub lubrication: Option<LubricationSection>,
     /// Pairs of materials with values of their own; all others have the values above.
     pub pairs: Vec<PairSection>,

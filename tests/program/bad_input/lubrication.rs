@@ -36,7 +36,7 @@ fn lubrication_of_other_bodies_engines_and_gaps_is_refused_with_the_reason() {
             (
                 line,
                 "shape = { cube = { edge = 1e-3 } }",
-                &[only, "`particles.0.shape` is a cuboid", "a flat face"],
+                &[only, "`particles.0.shape` is a cuboid", "flat faces"],
             ),
             (
                 line,
@@ -44,6 +44,14 @@ fn lubrication_of_other_bodies_engines_and_gaps_is_refused_with_the_reason() {
                 &[only, "is a capsule", "without curvature"],
             ),
         ],
+    );
+    let more = |shape: &str| {
+        format!("{lubricated}\n[[particles]]\nshape = {{ {shape} }}\ndensity = 3300.0\ncount = 3\nseed = 2\n")
+    };
+    Place::new(&more("cube = { edge = 1e-3 }")).well(&["check", "case.toml"]);
+    all_refused_of(
+        &more("cylinder = { diameter = 1e-3, length = 1e-3 }"),
+        &[("[run]", "[run]", &[only, "`particles.1.shape` is a cylinder"])],
     );
     let said = Place::new(&lubricated).well(&["check", "case.toml"]);
     has(&said, &["lubrication below", "1.0e-3 radii", "surfaces touch at 0.000e0 m"]);

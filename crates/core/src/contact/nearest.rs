@@ -13,12 +13,12 @@
 //! `(W_1 + W_2 + g) dn = d - x_1 - x_2` in the tangent plane; the matrix is positive as long as the bodies are apart, and for bodies
 //! that are apart there is one maximum. At a pipe or a rod `n` turns about its axis.
 //!
-//! The gap `g + x^T (K_1 + K_2) x / 2`, `K = W^-1`, resists squeezing like that of a sphere at a wall of the radius
-//! `R = sqrt(2 / (tr K sqrt(det K)))`, `K = K_1 + K_2`: by Reynolds' equation the pressure is `6 mu u / (tr K h^2)` (Cox 1974,
-//! Int. J. Multiphase Flow 1, 343).
+//! The gap is `g + x^T K x / 2`, `K = K_1 + K_2`, `K_i = W_i^-1`; walls and faces of polyhedra have none. What it does to the bodies:
+//! [`lubrication`](super::lubrication).
 
 use crate::math::nalgebra::{Matrix2, Matrix3x2, Vector2};
 use crate::math::{Mat3, Quat, Vec3};
+use crate::shape::Polyhedron;
 use crate::wall::Surface;
 
 /// An ellipsoid with a place in the world: the matrix `S` (m^2).
@@ -34,8 +34,108 @@ pub struct Gap {
     pub normal: Vec3,
     /// The nearest points, each from the centre of its body (m); zero for a wall.
     pub points: [Vec3; 2],
-    /// Radius of the sphere that a wall resists alike (m).
-    pub reduced: f64,
+    /// Two unit vectors across the normal: the principal directions of the curvature of the gap.
+    pub across: [Vec3; 2],
+    /// The principal curvatures `K` of the gap (1/m).
+    pub curvatures: [f64; 2],
+    /// `2 K^-1` (m), of the surfaces half-way between the bodies.
+    pub turning: [f64; 2],
+    /// `K^-1 (K_2 - K_1)` of these surfaces (-), in rows.
+    pub difference: [[f64; 2]; 2],
+    /// Part of the film that there is (-): less than one beside the rim of a face.
+    pub part: f64,
+    /// Excess of `1 / s` over the mean curvature at the nearest points (1/m), `s` the distance from there to the centre along the normal, of both
+    /// bodies by their parts in the curvature of the gap: the gap opens the faster further out, `area(d) ~ d (1 - d / 2 s)`. Zero for spheres.
+    pub bulge: f64,
+}
+
+impl Gap {
+    /// That of two spheres, or of a sphere and a wall, whose radius is infinite (m).
+    pub fn of_spheres(radii: [f64; 2], normal: Vec3, width: f64) -> Self {
+        let [a, b] = radii.map(|radius| 1.0 / (radius + 0.5 * width));
+        let across = tangents(normal);
+        let difference = (b - a) / (a + b);
+        Self {
+            width,
+            normal,
+            points: [
+                normal * radii[0],
+                if radii[1].is_finite() { -normal * radii[1] } else { Vec3::zeros() },
+            ],
+            across: [0, 1].map(|i| across.column(i).into_owned()),
+            curvatures: [1.0 / radii[0] + 1.0 / radii[1]; 2],
+            turning: [2.0 / (a + b); 2],
+            difference: [[difference, 0.0], [0.0, difference]],
+            part: 1.0,
+            bulge: 0.0,
+        }
+    }
+
+    /// With the inverse curvatures of the surfaces (m), none of a flat one, by two vectors across the normal.
+    pub(super) fn new(
+        (width, normal, points): (f64, Vec3, [Vec3; 2]),
+        across: &Matrix3x2<f64>,
+        inverse: [Option<Matrix2<f64>>; 2],
+    ) -> Option<Self> {
+        let curvature = |out: f64| {
+            let of = |inverse: Option<Matrix2<f64>>| match inverse {
+                Some(inverse) => (inverse + Matrix2::from_diagonal_element(out)).try_inverse(),
+                None => Some(Matrix2::zeros()),
+            };
+            Some([of(inverse[0])?, of(inverse[1])?])
+        };
+        let [first, second] = curvature(0.0)?;
+        let excess = |own: Matrix2<f64>, height: f64| match 0.5 * own.trace() {
+            mean if mean > 0.0 => mean * (1.0 / height - mean),
+            _ => 0.0,
+        };
+        let [near, far] = points.map(|point| point.dot(&normal));
+        let bulge = (excess(first, near) + excess(second, -far)) / (0.5 * (first + second).trace());
+        let axes = principal(first + second);
+        let seen = |matrix: Matrix2<f64>| axes.transpose() * matrix * axes;
+        let sum = seen(first + second);
+        let [first, second] = curvature(0.5 * width)?.map(seen);
+        let middle = (first + second).try_inverse()?;
+        let difference = middle * (second - first);
+        let principal = across * axes;
+        Some(Self {
+            width,
+            normal,
+            points,
+            across: [0, 1].map(|i| principal.column(i).into_owned()),
+            curvatures: [sum[(0, 0)], sum[(1, 1)]],
+            turning: [2.0 * middle[(0, 0)], 2.0 * middle[(1, 1)]],
+            difference: [0, 1].map(|i| [difference[(i, 0)], difference[(i, 1)]]),
+            part: 1.0,
+            bulge,
+        })
+    }
+
+    /// The same gap, seen from the second body.
+    #[must_use]
+    pub fn flipped(self) -> Self {
+        Self {
+            normal: -self.normal,
+            points: [self.points[1], self.points[0]],
+            difference: self.difference.map(|row| row.map(|part| -part)),
+            ..self
+        }
+    }
+
+    /// Radius of the sphere that a wall resists alike when it is squeezed (m), `sqrt(2 / (tr K sqrt(det K)))`.
+    pub fn reduced(&self) -> f64 {
+        let [first, second] = self.curvatures;
+        (2.0 / ((first + second) * (first * second).sqrt())).sqrt()
+    }
+}
+
+/// The unit eigenvectors of a symmetric matrix, a turn.
+fn principal(matrix: Matrix2<f64>) -> Matrix2<f64> {
+    let (half, off) = (0.5 * (matrix[(0, 0)] - matrix[(1, 1)]), matrix[(0, 1)]);
+    let size = Vector2::new(half, off).norm();
+    let first = if half < 0.0 { Vector2::new(off, size - half) } else { Vector2::new(size + half, off) };
+    let first = first.try_normalize(0.0).unwrap_or_else(Vector2::x);
+    Matrix2::new(first.x, -first.y, first.y, first.x)
 }
 
 /// Steps of the normal after which the nearest points are as good as they get; far more than any pair needs.
@@ -59,11 +159,6 @@ fn tangents(normal: Vec3) -> Matrix3x2<f64> {
     let other = if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() };
     let first = normal.cross(&other).normalize();
     Matrix3x2::from_columns(&[first, normal.cross(&first)])
-}
-
-/// [`Gap::reduced`] of a curvature (1/m).
-fn reduced(curvature: Matrix2<f64>) -> f64 {
-    (2.0 / (curvature.trace() * curvature.determinant().sqrt())).sqrt()
 }
 
 impl Ellipsoidal {
@@ -122,12 +217,11 @@ impl Ellipsoidal {
                 break;
             }
         }
-        let Touching { width, normal, points, inverse: [first, second], .. } = here;
+        let Touching { width, normal, points, across, inverse } = here;
         if !(width > 0.0 && width < range) {
             return None;
         }
-        let reduced = reduced(first.try_inverse()? + second.try_inverse()?);
-        Some(Gap { width, normal, points, reduced })
+        Gap::new((width, normal, points), &across, inverse.map(Some))
     }
 
     /// The gap to a wall, whose own curvature does not count, seen from the centre of the body; `None` if they overlap or are
@@ -153,8 +247,31 @@ impl Ellipsoidal {
         if !(width > 0.0 && width < range) {
             return None;
         }
-        let reduced = reduced(self.inverse_curvature(support, &tangents(normal)).try_inverse()?);
-        Some(Gap { width, normal, points: [support.0, Vec3::zeros()], reduced })
+        self.flat((width, normal, [support.0, Vec3::zeros()]), support)
+    }
+
+    /// The gap to a face of a polyhedron, whose centre is at `offset` (m); `None` if none is within `range` (m), or if it is an edge or a corner
+    /// that is near. As the point of the body comes near to the rim of the face the film fades,
+    /// `part = d / sqrt(d^2 + 2 R h)`, `d` the distance of the rim and `2 R h` the square of the width of the film.
+    pub fn gap_to_face(&self, (solid, turn): (&Polyhedron, &Quat), offset: Vec3, range: f64) -> Option<Gap> {
+        (solid.faces.iter().enumerate()).find_map(|(number, face)| {
+            let normal = -(turn * face.normal);
+            let support = self.support(normal);
+            let width = normal.dot(&offset) - face.offset - support.1;
+            if !(width > 0.0 && width < range) {
+                return None;
+            }
+            let foot = support.0 + normal * width - offset;
+            let rim = solid.inside(number, turn.inverse_transform_vector(&foot));
+            let gap = self.flat((width, normal, [support.0, foot]), support).filter(|_| rim > 0.0)?;
+            Some(Gap { part: rim / (rim * rim + 2.0 * gap.reduced() * width).sqrt(), ..gap })
+        })
+    }
+
+    /// The gap to a flat surface.
+    fn flat(&self, place: (f64, Vec3, [Vec3; 2]), support: (Vec3, f64)) -> Option<Gap> {
+        let across = tangents(place.1);
+        Gap::new(place, &across, [Some(self.inverse_curvature(support, &across)), None])
     }
 }
 
@@ -229,7 +346,7 @@ mod tests {
     }
 
     #[test]
-    fn the_reduced_radius_follows_from_how_the_gap_opens_around_its_narrowest_place() {
+    fn the_curvature_follows_from_how_the_gap_opens_around_its_narrowest_place() {
         let mut random = random(22);
         for _ in 0..100 {
             let mut body = || {
@@ -261,8 +378,14 @@ mod tests {
             };
             let (xx, yy) = (opening(1.0, 0.0), opening(0.0, 1.0));
             let xy = 0.25 * (opening(1.0, 1.0) - opening(1.0, -1.0));
-            let expected = reduced(Matrix2::new(xx, xy, xy, yy));
-            assert!((gap.reduced / expected - 1.0).abs() < 1e-4, "{} {expected}", gap.reduced);
+            // The opening is twice x.K x / 2.
+            let measured = Matrix2::new(xx, xy, xy, yy);
+            let seen = Matrix3x2::from_columns(&gap.across).transpose() * across;
+            let expected = seen * measured * seen.transpose();
+            for (i, j) in [(0, 0), (0, 1), (1, 1)] {
+                let found = if i == j { gap.curvatures[i] } else { 0.0 };
+                assert!((found - expected[(i, j)]).abs() < 1e-4 * expected.trace(), "{found} {expected}");
+            }
         }
     }
 
@@ -297,10 +420,10 @@ mod tests {
             let direction = random_direction(&mut random);
             let gap = bodies[0].gap(&bodies[1], direction * (a + b + 0.01), 0.1).unwrap();
             assert!((gap.width - 0.01).abs() < 1e-14 && (gap.normal - direction).norm() < 1e-14);
-            assert!((gap.reduced * (a + b) / (a * b) - 1.0).abs() < 1e-14);
+            assert!((gap.reduced() * (a + b) / (a * b) - 1.0).abs() < 1e-14);
             let wall = Surface::Plane { point: direction * (a + 0.01), normal: -direction };
             let gap = bodies[0].gap_to_wall(&wall, 0.1).unwrap();
-            assert!((gap.width - 0.01).abs() < 1e-14 && (gap.reduced / a - 1.0).abs() < 1e-14);
+            assert!((gap.width - 0.01).abs() < 1e-14 && (gap.reduced() / a - 1.0).abs() < 1e-14);
         }
     }
 }

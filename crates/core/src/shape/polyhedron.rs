@@ -186,6 +186,11 @@ impl Polyhedron {
             faces,
         }
     }
+
+    /// Distance of a point of the plane of a face from the rim of this face, positive within (m).
+    pub fn inside(&self, face: usize, point: Vec3) -> f64 {
+        self.features.inside(face, point)
+    }
 }
 
 impl Placement {

@@ -112,6 +112,8 @@ pub(super) struct PartConstants {
     radius: f64,
     /// Thickness of the shape (m).
     thickness: f64,
+    /// Mean curvature of the shape (1/m), if there are films.
+    pub(super) mean_curvature: f64,
 }
 
 impl PartConstants {
@@ -122,6 +124,7 @@ impl PartConstants {
             bound: model.reach(shape),
             radius: 0.5 * shape.equivalent_diameter() + model.enlargement,
             thickness: shape.thickness(),
+            mean_curvature: model.lubrication.map_or(0.0, |_| shape.curvature().mean),
         }
     }
 

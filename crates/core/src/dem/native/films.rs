@@ -3,10 +3,10 @@
 use super::context::{ContactContext, IdOrder, PartConstants, PartIndex, TemplateConstants};
 use crate::comm::Comm;
 use crate::contact::law::Action;
-use crate::contact::lubrication::{Film, Lubrication, Mobility, Rates, Side};
+use crate::contact::lubrication::{Film, Lubrication, Mobility, Partner, Rates, Side};
 use crate::contact::nearest::{Ellipsoidal, Gap};
 use crate::contact::{Body, ContactModel};
-use crate::math::Vec3;
+use crate::math::{Mat3, Vec3};
 use crate::particle::Particle;
 use crate::wall::{Surface, Wall};
 use bytemuck::{Pod, Zeroable};
@@ -41,19 +41,20 @@ struct Placed {
 }
 
 impl Placed {
-    fn new(film: Film, gap: &Gap) -> Self {
+    fn new(lubrication: &Lubrication, gap: &Gap, mean: f64, partner: Partner) -> Option<Self> {
+        let film = lubrication.film(gap, mean, partner)?;
         let Gap { normal, width, points: [point, _], .. } = *gap;
-        Self { film, normal, lever: point + normal * (0.5 * width), foot: point + normal * width }
+        Some(Self { film, normal, lever: point + normal * (0.5 * width), foot: point + normal * width })
     }
 }
 
 impl PartConstants {
-    /// The radius (m) of a sphere that is a body of its own: films of others have their normal part alone.
+    /// The radius (m) of a sphere that is a body of its own.
     fn film_radius(&self) -> Option<f64> {
         self.shape.shape.as_sphere().filter(|_| self.is_whole())
     }
 
-    /// The part of a particle if it has films, sphere or not.
+    /// The part of a particle if it is a sphere or an ellipsoid.
     fn ellipsoidal(&self, particle: &Particle) -> Option<Ellipsoidal> {
         let Body { grown, orientation } = self.body(particle);
         let semi_axes = grown.shape.as_ellipsoid().or(grown.shape.as_sphere().map(Vec3::repeat))?;
@@ -64,15 +65,40 @@ impl PartConstants {
 impl ContactContext {
     fn mobility(&self, particle: &Particle) -> Mobility {
         let TemplateConstants { inertia, motion, .. } = self.constants(particle);
+        let turn = particle.orientation().to_rotation_matrix().into_inner();
+        let moments = inertia.moments.map(|moment| 1.0 / moment);
         Mobility {
             mass: if motion.holds_centre() { 0.0 } else { 1.0 / inertia.mass },
-            moments: if motion.free_rotation {
-                inertia.moments.map(|moment| 1.0 / moment)
+            inertia: if motion.free_rotation {
+                turn * Mat3::from_diagonal(&moments) * turn.transpose()
             } else {
-                Vec3::zeros()
+                Mat3::zeros()
             },
-            orientation: particle.orientation(),
         }
+    }
+
+    /// The gap between two parts of particles, `offset` (m) from the centre of the first to that of the second, if it has a film.
+    fn gap(pair: [(&Particle, &PartConstants); 2], offset: Vec3, range: f64) -> Option<Gap> {
+        if let [Some(a), Some(b)] = pair.map(|(_, part)| part.film_radius()) {
+            let distance = offset.norm();
+            let width = distance - a - b;
+            return (width < range).then(|| Gap::of_spheres([a, b], offset / distance, width));
+        }
+        let face = |k: usize, other: &Ellipsoidal, offset: Vec3| {
+            let (particle, part) = pair[k];
+            let Body { grown, orientation } = part.body(particle);
+            other.gap_to_face((grown.shape.as_polyhedron()?, &orientation), offset, range)
+        };
+        let mut gap = match pair.map(|(particle, part)| part.ellipsoidal(particle)) {
+            [Some(first), Some(second)] => first.gap(&second, offset, range),
+            [Some(first), None] => face(1, &first, offset),
+            [None, Some(second)] => face(0, &second, -offset).map(Gap::flipped),
+            [None, None] => None,
+        }?;
+        for (point, (particle, part)) in gap.points.iter_mut().zip(pair) {
+            *point = part.arm(particle).map_or(*point, |arm| *point + arm);
+        }
+        Some(gap)
     }
 
     /// The film between two parts of particles, `offset` (m) from the centre of the first to that of the second.
@@ -86,23 +112,9 @@ impl ContactContext {
         if offset.norm_squared() >= reach * reach {
             return None;
         }
-        let distance = offset.norm();
-        if let [Some(a), Some(b)] = pair.map(|(_, part)| part.film_radius()) {
-            let film = lubrication.film([a, b], distance - a - b)?;
-            let normal = offset / distance;
-            return Some(Placed {
-                film,
-                normal,
-                lever: normal * (0.5 * (distance + a - b)),
-                foot: normal * (distance - b),
-            });
-        }
-        let [first, second] = pair.map(|(particle, part)| part.ellipsoidal(particle));
-        let mut gap = first?.gap(&second?, offset, lubrication.range())?;
-        for (point, (particle, part)) in gap.points.iter_mut().zip(pair) {
-            *point = part.arm(particle).map_or(*point, |arm| *point + arm);
-        }
-        Some(Placed::new(lubrication.squeezed(&gap, false)?, &gap))
+        let gap = Self::gap(pair, offset, lubrication.range())?;
+        let mean = pair[0].1.mean_curvature + pair[1].1.mean_curvature;
+        Placed::new(lubrication, &gap, mean, Partner::Body)
     }
 
     /// The film between a part of a particle and the surface of a wall.
@@ -114,22 +126,17 @@ impl ContactContext {
         let (arm, range) = (part.arm(particle), lubrication.range());
         let centre = arm.map_or(particle.position(), |arm| particle.position() + arm);
         let distance = surface.distance(centre);
-        if let Some(radius) = part.film_radius() {
-            let film = lubrication.film([radius, f64::INFINITY], distance - radius)?;
-            let normal = -surface.normal(centre);
-            return Some(Placed {
-                film,
-                normal,
-                lever: normal * (0.5 * (distance + radius)),
-                foot: normal * distance,
-            });
-        }
         if distance >= part.shape.shape.circumradius() + range {
             return None;
         }
-        let mut gap = part.ellipsoidal(particle)?.gap_to_wall(&surface.seen_from(centre), range)?;
-        gap.points[0] = arm.map_or(gap.points[0], |arm| gap.points[0] + arm);
-        Some(Placed::new(lubrication.squeezed(&gap, true)?, &gap))
+        let gap = if let Some(radius) = part.film_radius() {
+            Gap::of_spheres([radius, f64::INFINITY], -surface.normal(centre), distance - radius)
+        } else {
+            let mut gap = part.ellipsoidal(particle)?.gap_to_wall(&surface.seen_from(centre), range)?;
+            gap.points[0] = arm.map_or(gap.points[0], |arm| gap.points[0] + arm);
+            gap
+        };
+        Placed::new(lubrication, &gap, part.mean_curvature, Partner::Wall)
     }
 
     /// Sums of the rates of the films of each particle, ghosts included; none without lubrication. An owner has all bodies near its
@@ -241,7 +248,7 @@ impl ContactContext {
         let pair = indices.map(|index| self.part(index));
         let Placed { film, normal, lever, .. } = Self::film(model.lubrication.as_ref()?, pair, offset)?;
         let [first, second] = indices.map(|index| self.side(index.particle as usize, rates, dt));
-        let action = film.act(normal, [&first, &second], self.span(dt));
+        let action = film.act([&first, &second], self.span(dt));
         Some(Acting { action, normal, lever })
     }
 
@@ -259,7 +266,7 @@ impl ContactContext {
         let velocity = wall.velocity(particle.position() + foot, time);
         let still = Side { velocity, spin: Vec3::zeros(), rates: [0.0; 2] };
         let side = self.side(index.particle as usize, rates, dt);
-        let action = film.act(normal, [&side, &still], self.span(dt));
+        let action = film.act([&side, &still], self.span(dt));
         Some(Acting { action, normal, lever })
     }
 }

@@ -102,6 +102,12 @@ impl Features {
         self.sides_of(face).iter().all(|side| side.outward.dot(&point) <= side.offset)
     }
 
+    /// Distance of a point of the plane of a face from its rim, positive within (m).
+    pub(super) fn inside(&self, face: usize, point: Vec3) -> f64 {
+        let within = self.sides_of(face).iter().map(|side| side.offset - side.outward.dot(&point));
+        within.fold(f64::INFINITY, f64::min)
+    }
+
     #[inline]
     fn sides_of(&self, face: usize) -> &[Side] {
         &self.sides[self.starts[face] as usize..self.starts[face + 1] as usize]
