@@ -102,6 +102,11 @@ fn walls_that_the_second_engine_does_not_have_are_refused_by_name() {
     );
     refuse(
         &closed,
+        "plane = { point = [0, 0, 1e-3], normal = [0, 0, 1] }\nvelocity = { table = [[0, 1e-3, 0, 0], [1, 0, 0, 0]] }",
+        "varies its velocity",
+    );
+    refuse(
+        &closed,
         "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 1, 1], diameter = 1e-3 }",
         "its axis along none of x, y, z",
     );
