@@ -181,8 +181,13 @@ fn refuse_law(document: &Document, liggghts: bool) -> Result<()> {
         return Err(document.error_at(&places, &title, "remove it, or take dem.engine = \"native\""));
     }
     let title = format!("`{key}` is {value}, which LIGGGHTS, `dem.engine`, does not have");
-    let remedy = "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
-                  elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres";
+    let remedy = match key {
+        "contact.twisting" => "remove it, or take dem.engine = \"native\"",
+        _ => {
+            "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
+             elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres"
+        }
+    };
     Err(document.error_at(&[(key, "not in LIGGGHTS"), ("dem.engine", "the engine")], &title, remedy))
 }
 

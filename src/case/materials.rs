@@ -6,9 +6,16 @@ use crate::contact::{ContactModel, Material, PairParams};
 use crate::document::nearest;
 use crate::error::Result;
 use serde_json::{Map, Value as Json, json};
+use std::fmt::Write;
 
 /// Name of the material of `[contact]`.
 const DEFAULT: &str = "default";
+
+/// Parameters that only some laws read, with one that does.
+const READERS: [(&str, &str); 2] = [
+    ("transition_velocity", "contact.friction = \"nassauer_kuna\""),
+    ("rolling_friction", "contact.rolling = \"elastic_plastic\""),
+];
 
 /// Elasticity by name.
 #[derive(Debug)]
@@ -20,7 +27,7 @@ pub(super) struct Materials {
 /// The law cannot have a kinetic coefficient above the static one, unless that is 0 and the pair frictionless.
 fn friction_order(document: &Document, section: &str, pair: &PairParams) -> Result<()> {
     let (kinetic, most) = (pair.friction_kinetic, pair.friction_static);
-    if most > 0.0 && kinetic > most {
+    if document.case.contact.friction.has_static() && most > 0.0 && kinetic > most {
         let wanted = format!("at most the static coefficient, {most}");
         let remedy = "sliding resists less than sticking; a pair takes from [contact] what it does not give";
         let key = format!("{section}.friction_kinetic");
@@ -83,6 +90,7 @@ impl Materials {
             friction_static: contact.friction_static,
             friction_kinetic: contact.friction_kinetic,
             transition_velocity: contact.transition_velocity,
+            rolling_friction: contact.rolling_friction,
         };
         friction_order(document, "contact", &usual)?;
         let n = self.names.len();
@@ -107,6 +115,7 @@ impl Materials {
                 friction_static: pair.friction_static.unwrap_or(usual.friction_static),
                 friction_kinetic: pair.friction_kinetic.unwrap_or(usual.friction_kinetic),
                 transition_velocity: pair.transition_velocity.unwrap_or(usual.transition_velocity),
+                rolling_friction: pair.rolling_friction.unwrap_or(usual.rolling_friction),
             };
             friction_order(document, &key, &special)?;
             pairs[a * n + b] = special;
@@ -137,7 +146,10 @@ fn refuse_unread(document: &Document, model: &ContactModel, read: &[&str]) -> Re
             let key = format!("{section}.{name}");
             if document.has(&key) {
                 let title = format!("`{key}` is given, but the contact law of the case reads no `{name}`");
-                let remedy = format!("remove it; read are {}", read.join(", "));
+                let mut remedy = format!("remove it; read are {}", read.join(", "));
+                for (parameter, law) in READERS.into_iter().filter(|(parameter, _)| parameter == name) {
+                    let _ = write!(remedy, ", and `{parameter}` with {law}");
+                }
                 return Err(document.error(&key, &title, "has no effect", &remedy));
             }
         }

@@ -127,6 +127,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     };
     let gravity = gravity(document);
     let mut model = materials.contact(document, enlargement)?;
+    physics::refuse_rolling_on_edges(document, &kinds, &model)?;
     if let Medium::Fluid(section, lattice) = &medium {
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }

@@ -12,7 +12,7 @@
 //! particles, and commands for LIGGGHTS.
 
 use crate::case::{FluidSetup, Setup, StartFlow};
-use crate::contact::{ContactModel, ElasticLaw, Geometry};
+use crate::contact::{ContactModel, ElasticLaw, FrictionLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::fluid::Collision;
 use crate::math::{TimeFunction, Vec3};
@@ -171,6 +171,19 @@ fn contact(model: &ContactModel) -> Json {
     fields.retain(|_, value| !value.is_null());
     if model.law == ElasticLaw::OverlapVolume {
         fields["law"] = json!("paper");
+    }
+    if model.friction == FrictionLaw::NassauerKuna {
+        fields.remove("friction");
+    }
+    for torque in ["rolling", "twisting"] {
+        if fields[torque] == "none" {
+            fields.remove(torque);
+        }
+    }
+    for pair in fields["pairs"].as_array_mut().expect("a list").iter_mut().filter_map(Json::as_object_mut) {
+        if pair["rolling_friction"] == json!(0.0) {
+            pair.remove("rolling_friction");
+        }
     }
     fields.remove("geometry");
     let samples = match model.geometry {
@@ -345,6 +358,7 @@ mod tests {
                 friction_static: 0.3,
                 friction_kinetic: 0.1,
                 transition_velocity: 1e-3,
+                rolling_friction: 0.0,
             }],
             enlargement: 1e-4,
             ..ContactModel::default()

@@ -30,6 +30,7 @@ fn contact(youngs_modulus: f64, restitution: f64, friction: f64) -> ContactModel
             friction_static: friction,
             friction_kinetic: friction,
             transition_velocity: 1e-6,
+            rolling_friction: 0.0,
         }],
         law: ElasticLaw::Hertz,
         damping: DampingLaw::Tsuji,

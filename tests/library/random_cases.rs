@@ -65,7 +65,7 @@ fn words(of: &str) -> &'static [String] {
                 schema["$defs"][of]["oneOf"].as_array().unwrap_or_else(|| panic!("the schema has {of}"));
             (of, words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect())
         };
-        ["ElasticLaw", "DampingLaw", "GeometryKind"].map(read).into()
+        ["ElasticLaw", "DampingLaw", "FrictionLaw", "GeometryKind"].map(read).into()
     });
     &all[of]
 }
@@ -115,7 +115,12 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let balance = ["mixture", "fluid_only"].choose(random).unwrap();
     let mut contact =
         if lubricated { "lubrication = { roughness = 1e-6 }\n".to_string() } else { String::new() };
-    for (key, of) in [("law", "ElasticLaw"), ("damping", "DampingLaw"), ("geometry", "GeometryKind")] {
+    for (key, of) in [
+        ("law", "ElasticLaw"),
+        ("damping", "DampingLaw"),
+        ("friction", "FrictionLaw"),
+        ("geometry", "GeometryKind"),
+    ] {
         // Lubrication knows closed forms only.
         let known = |word: &&String| !lubricated || *word != "sampled";
         let word = words(of).iter().filter(known).choose(random).unwrap();
@@ -193,7 +198,8 @@ fn outcome(setup: &Setup, cut: &Decomposition) -> String {
 fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let texts: String = (0..200).map(|_| draw(&mut random)).collect();
-    let laws = ["ElasticLaw", "DampingLaw", "GeometryKind"].into_iter().flat_map(words).map(String::as_str);
+    let laws = ["ElasticLaw", "DampingLaw", "FrictionLaw", "GeometryKind"];
+    let laws = laws.into_iter().flat_map(words).map(String::as_str);
     let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
     let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
     for word in quoted.chain(SHAPES.map(str::to_owned)) {

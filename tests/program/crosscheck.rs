@@ -52,6 +52,7 @@ fn every_case_of_the_suite_is_within_its_tolerances() {
         "force-history",
         "wall-impact",
         "sliding",
+        "sticking",
         "near-rigid",
         "spin",
         "periodic",

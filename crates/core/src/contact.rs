@@ -10,11 +10,12 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
+//! centre ([`law`], [`friction`], [`rolling`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
 //! measured, and [`neighbours`] keeps them while bodies move little. The engine keeps what a
 //! law remembers of each contact; no other result depends on earlier ones.
 
 mod clip;
+pub mod friction;
 mod impact;
 pub mod law;
 pub mod lubrication;
@@ -23,6 +24,7 @@ pub mod neighbours;
 pub mod overlap;
 pub mod pairs;
 mod polyhedra;
+pub mod rolling;
 pub mod sampled;
 mod solid;
 mod sphere_plane;
@@ -32,6 +34,7 @@ pub mod sphere_sphere;
 mod tests;
 
 use crate::shape::Shape;
+pub use friction::{Friction, RelativeMotion};
 pub use impact::SpherePair;
 pub use law::{PairLaw, PairProperties};
 pub use lubrication::Lubrication;
@@ -41,6 +44,7 @@ pub use overlap::{
 };
 pub use pairs::PairFinder;
 pub use polyhedra::Hint;
+pub use rolling::Turning;
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 #[cfg(test)]
@@ -61,6 +65,12 @@ pub struct ContactModel {
     pub law: ElasticLaw,
     /// Law of the normal damping.
     pub damping: DampingLaw,
+    /// Law of friction.
+    pub friction: FrictionLaw,
+    /// Law of the resistance to rolling.
+    pub rolling: RollingLaw,
+    /// Law of the resistance to twisting.
+    pub twisting: TwistingLaw,
     /// Forces of the fluid in narrow gaps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
@@ -100,8 +110,11 @@ pub struct PairParams {
     pub friction_static: f64,
     /// Kinetic friction coefficient (-).
     pub friction_kinetic: f64,
-    /// Speed of transition from static to kinetic friction (m/s).
+    /// Speed of transition from static to kinetic friction (m/s) of [`FrictionLaw::NassauerKuna`].
     pub transition_velocity: f64,
+    /// Coefficient of rolling friction (-), without a meaning for [`RollingLaw::None`].
+    #[serde(default)]
+    pub rolling_friction: f64,
 }
 
 /// Law of the elastic part of the normal force.
@@ -131,6 +144,46 @@ pub enum DampingLaw {
     /// depend on the speed, and the bodies pull at each other at the end of an impact. Also as there, the velocity is that of
     /// half a step before.
     Tsuji,
+}
+
+/// Law of friction.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FrictionLaw {
+    /// A spring along the surface, with the stiffness of Mindlin and a dashpot, up to Coulomb's force: holds bodies at rest. Its force is
+    /// rescaled where the contact is unloaded, so that it never gains energy (`mindlin_rescale/force` of LAMMPS).
+    Mindlin,
+    /// The same with the stiffness of the present overlap, as `tangential history` of LIGGGHTS and `mindlin` of LAMMPS: for comparisons with
+    /// them. One coefficient, the kinetic one.
+    MindlinDisplacement,
+    /// A function of the sliding speed, as in Marquardt et al. (2024), without memory: bodies at rest creep.
+    #[default]
+    #[serde(alias = "paper")]
+    NassauerKuna,
+}
+
+/// Law of the resistance to rolling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum RollingLaw {
+    /// There is none.
+    #[default]
+    None,
+    /// A torque of constant magnitude against the rolling (`rolling_friction cdt` of LIGGGHTS): holds nothing at rest.
+    ConstantTorque,
+    /// An elastic-plastic spring with a dashpot (`rolling_friction epsd` of LIGGGHTS): holds bodies at rest.
+    ElasticPlastic,
+}
+
+/// Law of the resistance to twisting, the turning about the normal of a contact.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TwistingLaw {
+    /// There is none.
+    #[default]
+    None,
+    /// A spring with a dashpot that follow from those of friction over the area of contact, as Marshall (2009).
+    Marshall,
 }
 
 /// Method of measuring overlaps.

@@ -29,7 +29,7 @@ mod prelude {
     pub(super) use std::sync::Arc;
     pub(super) use turbid::case::Setup;
     pub(super) use turbid::comm::Comm;
-    pub(super) use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material};
+    pub(super) use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Material};
     pub(super) use turbid::dem::{DemEngine, Load};
     pub(super) use turbid::domain::Domain;
     pub(super) use turbid::engine::EngineChoice;
@@ -68,6 +68,7 @@ pub const CASES: &[Case] = &[
     ),
     case!("wall-impact", "damped impact on a wall", impacts::wall),
     case!("sliding", "oblique elastic impacts with gross sliding friction, several angles", oblique::sliding,),
+    case!("sticking", "oblique impacts with sticking friction, elastic and damped", oblique::sticking),
     case!("near-rigid", "slow oblique impact, against rigid spheres", oblique::rigid),
     case!("spin", "head-on impacts of spinning spheres", oblique::spin),
     case!("periodic", "contacts through the faces, edges and corners of a periodic box", periodic::contacts,),

@@ -24,6 +24,7 @@ mod settling_tank;
 mod shear;
 mod shear_viscosity;
 mod shear_wave;
+mod slope;
 mod sphere_array;
 mod taylor_green;
 mod watch;
@@ -65,6 +66,7 @@ pub const CASES: &[Case] = &[
     settling_tank::CASE,
     restitution::CASE,
     friction::CASE,
+    slope::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,

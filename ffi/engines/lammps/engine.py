@@ -50,8 +50,9 @@ def law(contact, a, b):
     # LIGGGHTS's damping along the surface: in proportion to the roots of the stiffnesses.
     tangential = math.sqrt(4 * g_star / e_star)
     friction = pair["friction_kinetic"] if pair["friction_static"] > 0 else 0.0
+    spring = "mindlin_rescale/force" if contact["friction"] == "mindlin" else "mindlin"
     return (f"hertz {4 / 3 * e_star!r} {tsuji(pair['restitution'])!r} "
-            f"tangential mindlin {8 * g_star!r} {tangential!r} {friction!r} damping tsuji")
+            f"tangential {spring} {8 * g_star!r} {tangential!r} {friction!r} damping tsuji")
 
 
 class Lammps:

@@ -6,7 +6,7 @@
 use super::session::PAIRS;
 use serde::Deserialize;
 use std::path::PathBuf;
-use turbid_core::contact::PairParams;
+use turbid_core::contact::{PairParams, RollingLaw};
 use turbid_process::{ContactSection, SetUp, SurfaceSection, WallSection};
 
 /// Distance beyond contact within which pairs are listed, over the smallest radius: a list lasts until something has moved by
@@ -16,7 +16,17 @@ const SKIN: f64 = 0.3;
 /// Most that a unit vector of an axis differs from it.
 const ALIGNED: f64 = 1e-9;
 
-const MODEL: &str = "model hertz tangential history";
+/// Viscous damping of `rolling_friction epsd`: the fixed one of `RollingLaw::ElasticPlastic` (-).
+const ROLLING_DAMPING: f64 = 0.3;
+
+/// The model of contacts.
+fn model(contact: Option<&ContactSection>) -> &'static str {
+    match contact.map_or(RollingLaw::None, |contact| contact.rolling) {
+        RollingLaw::None => "model hertz tangential history",
+        RollingLaw::ConstantTorque => "model hertz tangential history rolling_friction cdt",
+        RollingLaw::ElasticPlastic => "model hertz tangential history rolling_friction epsd",
+    }
+}
 
 /// The commands of the set-up.
 #[derive(Clone, Debug, Default)]
@@ -72,7 +82,8 @@ pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
     ];
     let mut after = vec![format!("neighbor {:e} bin", SKIN * smallest), "neigh_modify delay 0".to_owned()];
     after.extend(properties(case.contact.as_ref()));
-    after.extend([format!("pair_style gran {MODEL}"), "pair_coeff * *".to_owned()]);
+    let model = model(case.contact.as_ref());
+    after.extend([format!("pair_style gran {model}"), "pair_coeff * *".to_owned()]);
     if case.contact.is_none() {
         after.push("neigh_modify exclude group all all".to_owned());
     }
@@ -80,7 +91,7 @@ pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
     for (index, wall) in case.walls.iter().enumerate() {
         let (fix, primitive, material) = (wall_fix(index), primitive(wall)?, wall.material + 1);
         last.push(format!(
-            "fix {fix} all wall/gran {MODEL} primitive type {material} {primitive} store_force yes"
+            "fix {fix} all wall/gran {model} primitive type {material} {primitive} store_force yes"
         ));
     }
     last.extend(texts(&[
@@ -96,7 +107,7 @@ pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
 }
 
 /// Elasticity by material, dissipation by pair of materials.
-fn properties(contact: Option<&ContactSection>) -> [String; 4] {
+fn properties(contact: Option<&ContactSection>) -> Vec<String> {
     let list =
         |values: Vec<f64>| values.iter().fold(String::new(), |list, value| list + &format!(" {value:e}"));
     // Without contacts they are never used, but LIGGGHTS asks for them.
@@ -112,14 +123,24 @@ fn properties(contact: Option<&ContactSection>) -> [String; 4] {
         ];
     }
     let [young, poisson, restitution, friction] = lists;
-    [
+    let mut all = vec![
         format!("fix young all property/global youngsModulus peratomtype{young}"),
         format!("fix poisson all property/global poissonsRatio peratomtype{poisson}"),
         format!(
             "fix restitution all property/global coefficientRestitution peratomtypepair {n}{restitution}"
         ),
         format!("fix friction all property/global coefficientFriction peratomtypepair {n}{friction}"),
-    ]
+    ];
+    if let Some(contact) = contact.filter(|contact| contact.rolling.is_given()) {
+        let of_pairs = |value: fn(&PairParams) -> f64| list(contact.pairs.iter().map(value).collect());
+        for (fix, name, values) in [
+            ("rolling", "coefficientRollingFriction", of_pairs(|pair| pair.rolling_friction)),
+            ("viscous", "coefficientRollingViscousDamping", of_pairs(|_| ROLLING_DAMPING)),
+        ] {
+            all.push(format!("fix {fix} all property/global {name} peratomtypepair {n}{values}"));
+        }
+    }
+    all
 }
 
 /// LIGGGHTS's one coefficient of friction (-): a static one of zero switches friction off.

@@ -1,7 +1,10 @@
 //! The JSON of the messages `hello` and `set-up`: what an engine can do, and the case that it gets.
 
 use serde::{Deserialize, Serialize};
-use turbid_core::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry, Material, PairParams};
+use turbid_core::contact::{
+    ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, Material, PairParams, RollingLaw,
+    TwistingLaw,
+};
 use turbid_core::math::Vec3;
 use turbid_core::particle::Template;
 use turbid_core::shape::Shape;
@@ -145,6 +148,12 @@ pub struct ContactSection {
     pub law: ElasticLaw,
     /// The damping of the case, in the same form.
     pub damping: DampingLaw,
+    /// The friction of the case, in the same form.
+    #[serde(default)]
+    pub friction: FrictionLaw,
+    /// The resistance to rolling of the case, in the same form.
+    #[serde(default)]
+    pub rolling: RollingLaw,
     /// Materials.
     pub materials: Vec<Material>,
     /// Pairs of materials: entry `a * materials.len() + b`, symmetric.
@@ -154,15 +163,28 @@ pub struct ContactSection {
 impl ContactSection {
     /// The model with all its parameters, or the part of it that the protocol does not have.
     pub(crate) fn of(model: &ContactModel) -> Result<Self, &'static str> {
-        let ContactModel { materials, pairs, enlargement, geometry, law, damping, lubrication } =
-            model.clone();
+        let ContactModel {
+            materials,
+            pairs,
+            enlargement,
+            geometry,
+            law,
+            damping,
+            friction,
+            rolling,
+            twisting,
+            lubrication,
+        } = model.clone();
         if lubrication.is_some() {
             return Err("lubrication");
         }
         if geometry != Geometry::Exact {
             return Err("overlaps measured by samples");
         }
-        Ok(Self { enlargement, law, damping, materials, pairs })
+        if twisting != TwistingLaw::None {
+            return Err("resistance to twisting");
+        }
+        Ok(Self { enlargement, law, damping, friction, rolling, materials, pairs })
     }
 
     /// A pair of materials, given by their indices.
@@ -238,17 +260,20 @@ mod tests {
 
     #[test]
     fn a_contact_model_is_sent_whole_or_refused() {
-        for (law, damping) in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz]
-            .into_iter()
-            .flat_map(|law| [DampingLaw::HuntCrossley, DampingLaw::Tsuji].map(|damping| (law, damping)))
-        {
-            let model = ContactModel { law, damping, enlargement: 1e-5, ..ContactModel::default() };
+        for (law, damping, friction) in [
+            (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley, FrictionLaw::NassauerKuna),
+            (ElasticLaw::OverlapEnergy, DampingLaw::Tsuji, FrictionLaw::Mindlin),
+            (ElasticLaw::Hertz, DampingLaw::Tsuji, FrictionLaw::MindlinDisplacement),
+        ] {
+            let model = ContactModel { law, damping, friction, enlargement: 1e-5, ..ContactModel::default() };
             let sent = ContactSection::of(&model).unwrap();
             let received: ContactSection = serde_json::from_value(serde_json::json!(sent)).unwrap();
             assert_eq!(received, sent);
             let of = ContactModel {
                 law: received.law,
                 damping: received.damping,
+                friction: received.friction,
+                rolling: received.rolling,
                 enlargement: received.enlargement,
                 ..model.clone()
             };

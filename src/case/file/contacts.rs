@@ -1,13 +1,13 @@
 //! Contacts, materials and the engine as the user writes them.
 
-use crate::contact::{ContactModel, DampingLaw, ElasticLaw, Geometry};
+use crate::contact::{ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, RollingLaw, TwistingLaw};
 use crate::document::{non_negative, positive};
 use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-/// Contacts of particles with each other and with walls; the defaults are those of Marquardt et al. (2024).
+/// Contacts of particles with each other and with walls; the defaults are those of Marquardt et al. (2024), but for the friction.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactSection {
@@ -28,9 +28,12 @@ pub struct ContactSection {
     /// Kinetic friction coefficient (-), the only one that LIGGGHTS has. Default 0.16.
     #[schemars(transform = non_negative)]
     pub friction_kinetic: f64,
-    /// Speed of transition from static to kinetic friction (m/s). Default 0.001.
+    /// Speed of transition from static to kinetic friction (m/s); only with `friction = "nassauer_kuna"`. Default 0.001.
     #[schemars(transform = positive)]
     pub transition_velocity: f64,
+    /// Coefficient of rolling friction (-); only with `rolling`. Default 0.
+    #[schemars(transform = non_negative)]
+    pub rolling_friction: f64,
     /// Distance by which every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2, and 0
     /// with `lubrication`.
     #[schemars(transform = non_negative)]
@@ -39,6 +42,12 @@ pub struct ContactSection {
     pub law: ElasticLaw,
     /// Damping of the normal force. Default `"hunt_crossley"`.
     pub damping: DampingLaw,
+    /// Law of friction. Default `"mindlin"`.
+    pub friction: FrictionLaw,
+    /// Law of the resistance to rolling, of bodies without edges. Default `"none"`.
+    pub rolling: RollingLaw,
+    /// Law of the resistance to twisting. Default `"none"`.
+    pub twisting: TwistingLaw,
     /// Measurement of overlaps. Default "exact".
     pub geometry: GeometryKind,
     /// Samples per direction; only with `geometry = "sampled"`. Default 8.
@@ -74,9 +83,13 @@ impl Default for ContactSection {
             friction_static: 0.32,
             friction_kinetic: 0.16,
             transition_velocity: 1e-3,
+            rolling_friction: 0.0,
             enlargement: None,
             law: ElasticLaw::OverlapVolume,
             damping: DampingLaw::HuntCrossley,
+            friction: FrictionLaw::Mindlin,
+            rolling: RollingLaw::None,
+            twisting: TwistingLaw::None,
             geometry: GeometryKind::Exact,
             samples: 8,
             substeps: 1,
@@ -96,6 +109,9 @@ impl ContactSection {
             },
             law: self.law,
             damping: self.damping,
+            friction: self.friction,
+            rolling: self.rolling,
+            twisting: self.twisting,
             ..ContactModel::default()
         }
     }
@@ -113,6 +129,8 @@ impl ContactSection {
             ("contact.geometry", json!(self.geometry), self.geometry == GeometryKind::Sampled),
             ("contact.law", json!(self.law), liggghts && !law),
             ("contact.damping", json!(self.damping), liggghts && !damping),
+            ("contact.rolling", json!(self.rolling), !liggghts && self.rolling.is_given()),
+            ("contact.twisting", json!(self.twisting), self.twisting != TwistingLaw::None),
         ];
         found.into_iter().find_map(|(key, value, given)| given.then(|| (key, value.to_string())))
     }
@@ -147,6 +165,9 @@ pub struct PairSection {
     /// Speed of transition from static to kinetic friction (m/s).
     #[schemars(transform = positive)]
     pub transition_velocity: Option<f64>,
+    /// Coefficient of rolling friction (-).
+    #[schemars(transform = non_negative)]
+    pub rolling_friction: Option<f64>,
 }
 
 /// Elasticity of a material that particles and walls name.
@@ -229,7 +250,7 @@ pub enum EngineKind {
     /// That of turbid.
     #[default]
     Native,
-    /// LIGGGHTS with its model `hertz tangential history`, whatever `contact.law` and `contact.damping` say. Its one
+    /// LIGGGHTS with its model `hertz tangential history`, whatever `contact.law`, `damping` and `friction` say. Its one
     /// coefficient of friction is `friction_kinetic`, or 0 where `friction_static` is 0; `transition_velocity` means nothing
     /// to it.
     Liggghts,

@@ -12,7 +12,7 @@
 //! Tsuji           F - n sqrt(5) b sqrt(m* |F| / d) v,   b = -ln e / sqrt(pi^2 + ln^2 e),   through x_c
 //! ```
 //!
-//! with the approach speed `u0` when the bodies first approach. Friction: [`PairLaw::act`]. `docs/theory/contact.md` says which law to use, with numbers.
+//! with the approach speed `u0` when the bodies first approach. Friction: [`friction`](super::friction). `docs/theory/contact.md` says which law to use, with numbers.
 //!
 //! References: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9; Feng, Han and Owen (2012), Comput. Methods
 //! Appl. Mech. Engrg. 205-208, 169; Tsuji, Tanaka and Ishida (1992), Powder Technol. 71, 239; Antypov and Elliott
@@ -21,7 +21,9 @@
 #[cfg(test)]
 mod tests;
 
-use super::{ContactModel, DampingLaw, ElasticLaw, Material, Overlap};
+use super::friction::contact_radius;
+use super::rolling::Pressed;
+use super::{ContactModel, DampingLaw, ElasticLaw, Friction, Material, Overlap, RelativeMotion, Turning};
 use crate::math::Vec3;
 use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
@@ -48,9 +50,6 @@ const STIFFEST: f64 = 0.25;
 /// integration of a contact at rest is unstable.
 const MOST_DAMPED: f64 = 0.5;
 
-/// Sliding speed over transition speed beyond which friction is kinetic to the last bit.
-const GROSS: f64 = 1e30;
-
 /// Material constants of one pair, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairLaw {
@@ -64,12 +63,10 @@ pub struct PairLaw {
     pub damping_number: f64,
     /// `sqrt(5) b` (-) of [`DampingLaw::Tsuji`].
     pub dashpot_number: f64,
-    /// Static friction coefficient, corrected for the kinetic part (-); 0 switches friction off.
-    pub friction_static: f64,
-    /// Kinetic friction coefficient (-).
-    pub friction_kinetic: f64,
-    /// Speed of transition from static to kinetic friction (m/s).
-    pub transition_velocity: f64,
+    /// Friction.
+    pub friction: Friction,
+    /// Resistance to rolling and twisting.
+    pub turning: Turning,
 }
 
 impl ContactModel {
@@ -84,8 +81,11 @@ impl ContactModel {
         let damping: &[&str] = match self.damping {
             DampingLaw::HuntCrossley | DampingLaw::Tsuji => &["restitution"],
         };
-        let friction: &[&str] = &["friction_static", "friction_kinetic", "transition_velocity"];
-        [elastic, damping, friction].concat()
+        let rolling: &[&str] = if self.rolling.is_given() { &["rolling_friction"] } else { &[] };
+        let mut all = [elastic, damping, self.friction.parameters(), rolling].concat();
+        all.sort_unstable();
+        all.dedup();
+        all
     }
 }
 
@@ -101,7 +101,7 @@ impl ContactModel {
     /// Numbers that the laws remember of each contact from sub-step to sub-step: [`PairLaw::begin`] sets them, [`PairLaw::act`] reads and
     /// changes them, and nothing else knows what they are.
     pub fn memory(&self) -> usize {
-        self.damping.memory()
+        self.damping.memory() + self.friction.memory() + Turning::memory(self)
     }
 }
 
@@ -140,22 +140,21 @@ impl PairLaw {
     pub fn new(model: &ContactModel, a: usize, b: usize) -> Self {
         let pair = model.pair(a, b);
         assert!(pair.restitution > 0.0 && pair.restitution <= 1.0);
-        let ratio = pair.friction_kinetic / pair.friction_static;
-        let ratio_squared = ratio * ratio;
+        let materials = [a, b].map(|index| &model.materials[index]);
         Self {
             elastic: model.law,
             damping: model.damping,
-            modulus: effective_modulus(&model.materials[a], &model.materials[b]),
+            modulus: effective_modulus(materials[0], materials[1]),
             damping_number: damping_number(pair.restitution),
             dashpot_number: dashpot_number(pair.restitution),
-            friction_static: if pair.friction_static > 0.0 {
-                pair.friction_static * (1.0 - 0.09 * ratio_squared * ratio_squared)
-            } else {
-                0.0
-            },
-            friction_kinetic: pair.friction_kinetic,
-            transition_velocity: pair.transition_velocity,
+            friction: Friction::new(model.friction, materials, pair),
+            turning: Turning::new(model, pair),
         }
+    }
+
+    /// True if a law takes velocities of half a step before, see [`RelativeMotion`].
+    pub fn lags(&self) -> bool {
+        self.damping.lags() || self.friction.has_spring() || !self.turning.is_none()
     }
 
     /// Sets the memory of a contact that has just begun, which is zero.
@@ -246,72 +245,66 @@ impl PairLaw {
         [elastic * factor + dashpot, factor, dashpot]
     }
 
-    /// Friction coefficient (-) at sliding speed `speed` (m/s).
-    ///
-    /// ```text
-    /// mu = (2 mu_s* - mu_k) a^2 / (a^4 + 1) + mu_k - mu_k / (a^2 + 1),   a = speed / u_k
-    /// mu_s* = mu_s (1 - 0.09 (mu_k / mu_s)^4)
-    /// ```
-    ///
-    /// # Reference
-    /// Nassauer and Kuna (2013), Eqs. 7-9 of Marquardt et al. (2024).
-    pub fn friction_coefficient(&self, speed: f64) -> f64 {
-        if speed <= 0.0 || self.friction_static <= 0.0 {
-            return 0.0;
-        }
-        let a = (speed / self.transition_velocity).min(GROSS);
-        let s = a * a;
-        // The sum as one fraction: divisions are what this costs.
-        let rising = (2.0 * self.friction_static - self.friction_kinetic) * (s + 1.0);
-        let kinetic = self.friction_kinetic * (s * s + 1.0);
-        s * (rising + kinetic) / ((s * s + 1.0) * (s + 1.0))
-    }
-
     /// Force and torques of a contact.
     ///
-    /// `offset` (m) is the centre of the second body relative to the first. `velocity` (m/s) is that of the first body
-    /// relative to the second, both taken at `overlap.point`. Friction follows the magnitude of the normal force. `memory` has the
-    /// [numbers](ContactModel::memory) that the laws remember of this contact, from the sub-step before.
+    /// `offset` (m) is the centre of the second body relative to the first; `motion` is that at `overlap.point`. Friction follows the
+    /// magnitude of the normal force. `memory` has the [numbers](ContactModel::memory) that the laws remember of this contact, from the
+    /// sub-step before.
     pub fn act(
         &self,
         overlap: &Overlap,
         offset: Vec3,
         pair: &PairProperties,
-        velocity: Vec3,
+        motion: &RelativeMotion,
         memory: &mut [f64],
     ) -> Action {
+        let (impact, spring) = memory.split_at_mut(self.damping.memory());
+        let (spring, torques) = spring.split_at_mut(self.friction.memory().min(spring.len()));
+        let radius = || contact_radius(overlap, self.elastic, pair);
+        let velocity = if self.damping.lags() { motion.before } else { motion.velocity };
         let approach = velocity.dot(&overlap.normal);
         let damping = match self.damping {
             DampingLaw::HuntCrossley => {
-                let memory = memory_of::<ImpactMemory>(memory);
-                memory.damping = self.latch(memory.damping, approach);
-                memory.damping
+                let impact = memory_of::<ImpactMemory>(impact);
+                impact.damping = self.latch(impact.damping, approach);
+                impact.damping
             }
             DampingLaw::Tsuji => UNSET,
         };
         let [normal, factor, dashpot] = self.normal(overlap, pair, damping, approach);
-        let sliding = velocity - overlap.normal * approach;
-        let speed = sliding.norm();
-        let mut force = overlap.normal * -normal;
-        let mut friction = Vec3::zeros();
-        if speed > 0.0 {
-            friction = sliding * (self.friction_coefficient(speed) * normal.abs() / speed);
-            force -= friction;
-        }
+        let friction = if self.friction.has_spring() {
+            self.friction.of_spring((overlap.normal, radius()), pair, motion, normal.abs(), memory_of(spring))
+        } else {
+            self.friction.of_speed(velocity - overlap.normal * approach, normal.abs())
+        };
+        let force = overlap.normal * -normal - friction;
         let levers = [overlap.point, overlap.point - offset];
-        let torques = match self.elastic {
-            ElasticLaw::OverlapVolume | ElasticLaw::Hertz => return Action::through(force, levers),
+        let mut action = match self.elastic {
+            ElasticLaw::OverlapVolume | ElasticLaw::Hertz => Action::through(force, levers),
             ElasticLaw::OverlapEnergy => {
                 let pressure = self.pressure(overlap, pair) * factor;
                 let opposite = overlap.moment - offset.cross(&(overlap.normal * overlap.area));
                 let through_centre = friction + overlap.normal * dashpot;
-                [
+                let torques = [
                     overlap.moment * -pressure - levers[0].cross(&through_centre),
                     opposite * pressure + levers[1].cross(&through_centre),
-                ]
+                ];
+                Action { force, torques }
             }
         };
-        Action { force, torques }
+        if !self.turning.is_none() {
+            let pressed = Pressed {
+                axis: overlap.normal,
+                depth: overlap.depth,
+                radius: radius(),
+                elastic: self.elastic_force(overlap, pair),
+                normal: normal.abs(),
+            };
+            let back = self.turning.torque(&pressed, &self.friction, pair, motion, torques);
+            action.torques[0] -= back;
+            action.torques[1] += back;
+        }
+        action
     }
 }
 

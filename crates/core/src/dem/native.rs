@@ -28,6 +28,8 @@ mod film_tests;
 mod films;
 mod forces;
 #[cfg(test)]
+mod friction_tests;
+#[cfg(test)]
 mod mixed_tests;
 #[cfg(test)]
 mod motion_tests;
@@ -181,7 +183,7 @@ impl Native {
     fn note_loads(&mut self) {
         let ContactContext { past, laws, local, params, .. } = &mut self.context;
         past.clear();
-        if params.is_lubricated() || laws.iter().any(|law| law.damping.lags()) {
+        if params.is_lubricated() || laws.iter().any(PairLaw::lags) {
             past.extend_from_slice(&local.loads);
             past.extend_from_slice(&local.ghost_loads);
         }

@@ -49,6 +49,8 @@ const KNOWN: &[(&str, &str, &str, f64, f64, &str)] = &[
     ("yade", "force-history", "whole history", 0.0, 0.14, NO_PULL),
     ("yade", "force-history", "force off the law", 0.0, 0.14, NO_PULL),
     ("yade", "force-history", "end of the contact", 0.0, 13.0, NO_PULL),
+    ("lammps", "sticking", "velocities", 0.0, 2e-3, TURNED),
+    ("lammps", "sticking", "spins", 0.0, 2e-3, TURNED),
     ("python", "free-flight", "position", 0.0, 2.5e-4, HALF_A_STEP),
 ];
 const ROUNDING: &str =
@@ -57,6 +59,7 @@ const SOFT_WALL: &str = "YADE takes a wall for a sphere of the same radius, so t
 const FITTED: &str = "YADE's force never pulls; its fit of the damping to the restitution, which allows for that, is good to 2e-3";
 const NO_PULL: &str =
     "YADE's force never pulls, so its damping is stronger for the same restitution; most at e = 0.5";
+const TURNED: &str = "LAMMPS's spring keeps its length where the normal turns, and Coulomb's limit is one of spring and dashpot together";
 const HALF_A_STEP: &str = "positions move with the velocity after the kick: half a step ahead";
 
 #[derive(Clone, Debug)]
@@ -192,7 +195,7 @@ impl Against {
 fn with_usual_laws(system: &Setup) -> Setup {
     let mut system = system.clone();
     if let Some(contact) = &mut system.contact {
-        (contact.law, contact.damping) = SAME;
+        (contact.law, contact.damping, contact.friction) = SAME;
     }
     system
 }

@@ -1,9 +1,11 @@
-//! Oblique impacts without damping: gross sliding friction, spin, and the limit of rigid spheres.
+//! Oblique impacts: gross sliding friction, spin, the limit of rigid spheres, and surfaces that stick.
 //!
-//! Only gross sliding is compared: where surfaces stick, the other engine has a tangential spring and the native engine has none.
+//! Where surfaces slide, both engines are compared with theory; where they stick, with each other.
 
+use super::against::LIGGGHTS;
 use super::prelude::*;
 use super::theory::slide;
+use turbid::contact::RollingLaw;
 
 /// Steps per duration of the impact.
 const STEPS: usize = 1000;
@@ -20,7 +22,11 @@ const CONSERVED: Limit =
     (1e-12, "over the value at the start: rounding of some 1000 equal and opposite kicks");
 const RIGID: Limit =
     (1e-4, "over the speed of approach: the spheres turn by an angle of d_max / 2R, 5e-5 here");
+const STICKING: Limit = (1e-12, "over the speed of approach, worst of both spheres: the same law, rounding");
 const UNTOUCHED: Limit = (1e-12, "relative: nothing resists the turning about the normal in either engine");
+
+/// Coefficient of rolling friction (-) where a law reads it.
+const ROLLING: f64 = 0.2;
 
 /// A sphere that hits one at rest.
 #[derive(Clone, Copy, Debug)]
@@ -32,15 +38,22 @@ struct Throw {
     velocity: [f64; 2],
     spins: [Vec3; 2],
     friction: f64,
+    restitution: f64,
+    rolling: RollingLaw,
 }
 
 impl Throw {
     fn plane(what: &'static str, velocity: [f64; 2], friction: f64) -> Self {
-        Self { what, normal: Vec3::x(), across: Vec3::y(), velocity, spins: [Vec3::zeros(); 2], friction }
+        let (normal, across, spins) = (Vec3::x(), Vec3::y(), [Vec3::zeros(); 2]);
+        Self { what, normal, across, velocity, spins, friction, restitution: 1.0, rolling: RollingLaw::None }
     }
 
     fn run(self, name: &str, against: &Against) -> Result<Outcome> {
-        let mut system = glass(name, 1.0, self.friction, SAME);
+        let mut system = glass(name, self.restitution, self.friction, SAME);
+        if let Some(contact) = &mut system.contact {
+            contact.rolling = self.rolling;
+            contact.pairs[0].rolling_friction = ROLLING;
+        }
         let at = Vec3::repeat(5e-3);
         let velocity = self.normal * self.velocity[0] + self.across * self.velocity[1];
         let [spin, other] = self.spins.map(Into::into);
@@ -111,7 +124,7 @@ impl Outcome {
 
     /// Checks that hold for every throw.
     fn check(&self, findings: &mut Findings) {
-        let Throw { what, normal, across, velocity, spins, friction } = self.throw;
+        let Throw { what, normal, across, velocity, spins, friction, .. } = self.throw;
         // Largest difference of the velocities (0) or the spins (1) between any two ways.
         let apart = |k: usize| {
             let pairs = [(0, 1), (0, 2), (1, 2)].into_iter();
@@ -185,6 +198,42 @@ pub(super) fn sliding(against: &Against, findings: &mut Findings) -> Result<()> 
             let frames = [&native.frames[..], &other.frames];
             findings.moments = moments(&outcome.system.templates, frames, |k| native.time(k), 40);
         }
+    }
+    Ok(())
+}
+
+/// Angles at which surfaces stick for all or part of the impact; and resistance to rolling, of which programs are told nothing.
+pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()> {
+    let throw = |what, degrees: f64, restitution, rolling| {
+        let plane = Throw::plane(what, [1.0, degrees.to_radians().tan()], 0.3);
+        Throw { restitution, rolling, ..plane }
+    };
+    let mut throws = Vec::new();
+    for (what, degrees) in
+        [("5 degrees", 5.0), ("15 degrees", 15.0), ("25 degrees", 25.0), ("35 degrees", 35.0)]
+    {
+        throws.extend([1.0, 0.8].map(|restitution| throw(what, degrees, restitution, RollingLaw::None)));
+    }
+    if against.name == LIGGGHTS {
+        let spins = [Vec3::z() * 4e3, Vec3::z() * -1e3];
+        for (what, rolling) in [
+            ("5 degrees, rolling, constant torque", RollingLaw::ConstantTorque),
+            ("5 degrees, rolling, elastic-plastic torque", RollingLaw::ElasticPlastic),
+        ] {
+            throws.push(Throw { spins, ..throw(what, 5.0, 0.8, rolling) });
+        }
+    }
+    for (n, throw) in throws.into_iter().enumerate() {
+        let Outcome { tracks, .. } = throw.run(&format!("sticking-{n}"), against)?;
+        let ends = tracks.each_ref().map(|track| [0, 1].map(|id| state(&track.last()[id])));
+        let apart = |k: usize| worst([0, 1].map(|id| (ends[0][id][k] - ends[1][id][k]).norm()));
+        let setting = format!("{}, mu 0.3, e {}", throw.what, throw.restitution);
+        let [native, other] = ends.map(|ends| Some(ends[0][1].y));
+        let quantity = format!("velocities after, {setting}; shown: v1 across (m/s)");
+        findings.given(quantity, [native, other, None], apart(1), STICKING);
+        let [native, other] = ends.map(|ends| Some(ends[1][2].z));
+        let quantity = format!("spins after, {setting}; shown: of the second (1/s)");
+        findings.given(quantity, [native, other, None], apart(2) * RADIUS, STICKING);
     }
     Ok(())
 }

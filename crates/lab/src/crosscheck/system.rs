@@ -9,18 +9,15 @@ use turbid::contact::PairParams;
 use turbid::shape::Sphere;
 use turbid::wall::{Motion, Surface, Wall};
 
-/// Elastic law and damping of the native engine: those of most other engines, and those of a case that names none.
-pub(super) type Laws = (ElasticLaw, DampingLaw);
-pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji);
-pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley);
+/// Elastic law, damping and friction of the native engine: those of most other engines, and those of a case that names none.
+pub(super) type Laws = (ElasticLaw, DampingLaw, FrictionLaw);
+pub(super) const SAME: Laws = (ElasticLaw::Hertz, DampingLaw::Tsuji, FrictionLaw::MindlinDisplacement);
+pub(super) const OWN: Laws = (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley, FrictionLaw::Mindlin);
 
 /// Glass, its density (kg/m^3), and the usual radius (m).
 pub(super) const GLASS: Material = Material { youngs_modulus: 7e10, poisson_ratio: 0.22 };
 pub(super) const DENSITY: f64 = 2500.0;
 pub(super) const RADIUS: f64 = 0.5e-3;
-
-/// Sliding speed (m/s) below which the native engine resists less than Coulomb's law: far below all that is measured.
-const TRANSITION: f64 = 1e-6;
 
 const DRY: &str = "domain.size = [10e-3, 10e-3, 10e-3]\ndry.time_step = 1e-6\ndriving.gravity = 0\nrun.end.steps = 1\n\
     particles = [{ shape.sphere.diameter = 1e-3, density = 2500, list = [[5e-3, 5e-3, 5e-3]] }]";
@@ -81,19 +78,21 @@ pub(super) fn model(
     materials: &[Material],
     restitution: &[f64],
     friction: f64,
-    (law, damping): Laws,
+    (law, damping, friction_law): Laws,
 ) -> ContactModel {
     let pair = |&restitution: &f64| PairParams {
         restitution,
         friction_static: friction,
         friction_kinetic: friction,
-        transition_velocity: TRANSITION,
+        transition_velocity: 1e-3,
+        rolling_friction: 0.0,
     };
     ContactModel {
         materials: materials.to_vec(),
         pairs: restitution.iter().map(pair).collect(),
         law,
         damping,
+        friction: friction_law,
         ..ContactModel::default()
     }
 }

@@ -1,7 +1,7 @@
 //! Claims about the contact force.
 
 use super::*;
-use crate::contact::{ContactParams, Geometry, PairParams, sphere_sphere};
+use crate::contact::{ContactParams, FrictionLaw, Geometry, PairParams, sphere_sphere};
 
 impl PairLaw {
     /// Normal force (N), positive if it pushes the bodies apart.
@@ -17,6 +17,7 @@ const GLASS: ContactParams = ContactParams {
         friction_static: 0.32,
         friction_kinetic: 0.16,
         transition_velocity: 1e-3,
+        rolling_friction: 0.0,
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,
@@ -46,10 +47,15 @@ fn hertz(damping: DampingLaw) -> PairLaw {
     PairLaw::new(&ContactParams { law, damping, ..GLASS }.into(), 0, 0)
 }
 
+/// A steady velocity (m/s).
+fn moving(velocity: Vec3) -> RelativeMotion {
+    RelativeMotion { velocity, before: velocity, elapsed: 1e-9, ..RelativeMotion::default() }
+}
+
 /// Force on the first of two spheres.
 fn force(overlap: &Overlap, velocity: Vec3) -> Vec3 {
     let offset = Vec3::new(2e-3 - overlap.depth, 0.0, 0.0);
-    law().act(overlap, offset, &EQUAL, velocity, &mut [UNSET]).force
+    law().act(overlap, offset, &EQUAL, &moving(velocity), &mut [UNSET]).force
 }
 
 fn lens(depth: f64) -> Overlap {
@@ -177,7 +183,7 @@ fn the_dashpot_on_hertz_is_that_of_liggghts() {
 fn a_dashpot_pulls_at_parting_bodies_and_friction_follows_the_magnitude() {
     let (law, overlap) = (hertz(DampingLaw::Tsuji), lens(1e-6));
     let offset = Vec3::new(2e-3 - overlap.depth, 0.0, 0.0);
-    let action = law.act(&overlap, offset, &EQUAL, Vec3::new(-0.5, 3.0, 0.0), &mut [UNSET]);
+    let action = law.act(&overlap, offset, &EQUAL, &moving(Vec3::new(-0.5, 3.0, 0.0)), &mut [UNSET]);
     assert!(action.force.x > 0.0, "pulled to the second body: {:?}", action.force);
     assert!((action.force.y / action.force.x + 0.16).abs() < 1e-6);
 }
@@ -185,7 +191,7 @@ fn a_dashpot_pulls_at_parting_bodies_and_friction_follows_the_magnitude() {
 #[test]
 fn a_dashpot_remembers_nothing_and_is_nothing_without_overlap_or_dissipation() {
     let law = hertz(DampingLaw::Tsuji);
-    law.act(&lens(1e-6), Vec3::x() * 2e-3, &EQUAL, Vec3::x(), &mut []);
+    law.act(&lens(1e-6), Vec3::x() * 2e-3, &EQUAL, &moving(Vec3::x()), &mut []);
     let nothing = Overlap { volume: 0.0, area: 0.0, ..cap(1e-3, 0.0) };
     for elastic in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz] {
         let law = PairLaw { elastic, ..law };
@@ -232,7 +238,7 @@ fn the_torques_of_all_laws_keep_the_angular_momentum_of_the_pair() {
     let dashpot = DampingLaw::Tsuji;
     let pulled = [law(), energy_law()].map(|law| PairLaw { damping: dashpot, ..law });
     for law in [law(), energy_law(), hertz(dashpot)].into_iter().chain(pulled) {
-        let action = law.act(&overlap, offset, &EQUAL, Vec3::new(0.3, -0.2, 0.5), &mut [0.1]);
+        let action = law.act(&overlap, offset, &EQUAL, &moving(Vec3::new(0.3, -0.2, 0.5)), &mut [0.1]);
         let total = action.torques[0] + action.torques[1] + offset.cross(&-action.force);
         assert!(total.norm() < 1e-14 * action.torques[0].norm());
     }
@@ -349,7 +355,7 @@ fn no_impact_of_its_own_energy_is_damped_by_anything_but_its_speed() {
 #[test]
 fn friction_is_static_at_the_transition_speed_and_kinetic_in_gross_sliding() {
     let law = law();
-    let at = |a: f64| law.friction_coefficient(a * 1e-3);
+    let at = |a: f64| law.friction.coefficient(a * 1e-3);
     assert!((at(1.0) - 0.32 * (1.0 - 0.09 / 16.0)).abs() < 1e-14);
     assert!((at(1.09) - 0.3216).abs() < 1e-4, "the maximum");
     assert!((at(1e4) - 0.16).abs() < 1e-8);
@@ -379,7 +385,7 @@ fn a_law_depends_on_the_parameters_that_it_reads_and_on_no_others() {
     let changed = |params: &ContactParams, which: usize| {
         let mut changed = *params;
         let Material { youngs_modulus, poisson_ratio } = &mut changed.material;
-        let PairParams { restitution, friction_static, friction_kinetic, transition_velocity } =
+        let PairParams { restitution, friction_static, friction_kinetic, transition_velocity, .. } =
             &mut changed.pair;
         let fields = [
             ("youngs_modulus", youngs_modulus),
@@ -393,20 +399,32 @@ fn a_law_depends_on_the_parameters_that_it_reads_and_on_no_others() {
         *number *= 1.1;
         Some((name, changed))
     };
+    // Over times in which a spring sticks, and slides.
+    let forces = |params: ContactParams, friction: FrictionLaw| -> Vec<Vec3> {
+        let model = ContactModel { friction, ..params.into() };
+        let (law, overlap) = (PairLaw::new(&model, 0, 0), lens(1e-5));
+        let offset = Vec3::new(2e-3 - overlap.depth, 0.0, 0.0);
+        let act = |n: u32| {
+            let elapsed = 1e-9 * 1.05_f64.powi(n as i32);
+            let motion = RelativeMotion { elapsed, ..moving(Vec3::new(0.1, 1e-3, 0.0)) };
+            let mut memory = vec![0.0; model.memory()];
+            law.begin(&mut memory);
+            law.act(&overlap, offset, &EQUAL, &motion, &mut memory).force
+        };
+        (0..400).map(act).collect()
+    };
     for law in [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz] {
         for damping in [DampingLaw::HuntCrossley, DampingLaw::Tsuji] {
-            let params = ContactParams { law, damping, ..GLASS };
-            let force = |params: ContactParams| {
-                let law = PairLaw::new(&params.into(), 0, 0);
-                let overlap = lens(1e-5);
-                let velocity = Vec3::new(0.1, 1e-3, 0.0);
-                let offset = Vec3::new(2e-3 - overlap.depth, 0.0, 0.0);
-                law.act(&overlap, offset, &EQUAL, velocity, &mut [UNSET]).force
-            };
-            let read = ContactModel::from(params).parameters();
-            for (name, changed) in (0..).map_while(|which| changed(&params, which)) {
-                let differs = force(changed) != force(params);
-                assert_eq!(differs, read.contains(&name), "{law:?} {damping:?} {name}");
+            for friction in
+                [FrictionLaw::Mindlin, FrictionLaw::MindlinDisplacement, FrictionLaw::NassauerKuna]
+            {
+                let params = ContactParams { law, damping, ..GLASS };
+                let model = ContactModel { friction, ..params.into() };
+                for (name, changed) in (0..).map_while(|which| changed(&params, which)) {
+                    let differs = forces(changed, friction) != forces(params, friction);
+                    let read = model.parameters().contains(&name);
+                    assert_eq!(differs, read, "{law:?} {damping:?} {friction:?} {name}");
+                }
             }
         }
     }

@@ -17,6 +17,7 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
             friction_static: 0.32,
             friction_kinetic: 0.16,
             transition_velocity: 1e-3,
+            rolling_friction: 0.0,
         },
         enlargement: 0.05e-3,
         geometry: Geometry::Sampled { samples },

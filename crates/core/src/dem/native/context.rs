@@ -6,8 +6,8 @@ use super::films::Acting;
 use super::forces::{ContactForces, ContactInput, PairEntry};
 use crate::contact::lubrication::Rates;
 use crate::contact::{
-    Body, ContactModel, GrownShape, Neighbour, NeighbourList, PairLaw, PairProperties, overlap_again,
-    overlap_wall,
+    Body, ContactModel, GrownShape, Neighbour, NeighbourList, PairLaw, PairProperties, RelativeMotion,
+    overlap_again, overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
@@ -203,29 +203,36 @@ impl ContactContext {
         self.local.store.template(particle).material
     }
 
-    /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, as a law needs it.
-    ///
-    /// A [law that lags](crate::contact::DampingLaw::lags) gets that of half a step before, `v - dt/2 (C + F + m g) / m`.
-    fn velocity(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> Vec3 {
+    /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, the same half a sub-step before if a
+    /// [law needs it](PairLaw::lags), `v - dt/2 (C + F + m g) / m`, and the angular velocity (1/s).
+    fn motion(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> [Vec3; 3] {
         let particle = &self.local.store.particles[index];
+        let (velocity, spin) = (particle.velocity(), particle.angular_velocity());
         let moved_by_forces = self.substep > 0 && self.constants(particle).motion.is_free();
-        let past = self.past.get(index).filter(|_| moved_by_forces && law.damping.lags());
-        let (velocity, spin) = match past {
-            None => (particle.velocity(), particle.angular_velocity()),
-            Some(past) => {
-                let inertia = &self.constants(particle).inertia;
-                let half = 0.5 * dt;
-                let weight = self.params.gravity * inertia.mass;
-                let force = Vec3::from(particle.contact_force) + (past.force + weight);
-                let torque = Vec3::from(particle.contact_torque) + past.torque;
-                let momentum = Vec3::from(particle.angular_momentum) - torque * half;
-                (
-                    particle.velocity() - force * (half / inertia.mass),
-                    inertia.angular_velocity(&particle.orientation(), momentum),
-                )
-            }
+        let past = self.past.get(index).filter(|_| moved_by_forces && law.lags());
+        let now = velocity + spin.cross(lever);
+        let Some(past) = past else {
+            return [now, now, spin];
         };
-        velocity + spin.cross(lever)
+        let inertia = &self.constants(particle).inertia;
+        let half = 0.5 * dt;
+        let weight = self.params.gravity * inertia.mass;
+        let force = Vec3::from(particle.contact_force) + (past.force + weight);
+        let torque = Vec3::from(particle.contact_torque) + past.torque;
+        let momentum = Vec3::from(particle.angular_momentum) - torque * half;
+        let before = inertia.angular_velocity(&particle.orientation(), momentum);
+        [now, velocity - force * (half / inertia.mass) + before.cross(lever), before]
+    }
+
+    /// The motion of one body relative to another, by [`motion`](Self::motion) of both.
+    fn relative(&self, [a, b]: [[Vec3; 3]; 2], dt: f64) -> RelativeMotion {
+        RelativeMotion {
+            velocity: a[0] - b[0],
+            before: a[1] - b[1],
+            spin: (a[2] + b[2]) * 0.5,
+            turning: a[2] - b[2],
+            elapsed: if self.substep > 0 { dt } else { 0.0 },
+        }
     }
 
     /// Contacts of pairs of particles that this rank evaluates, in ascending order of their ids, with sub-steps of `dt`
@@ -289,7 +296,8 @@ impl ContactContext {
                     masses: masses([first, second]),
                     dt,
                 },
-                velocity: self.velocity(i, &levers[0], law, dt) - self.velocity(j, &levers[1], law, dt),
+                motion: self
+                    .relative([self.motion(i, &levers[0], law, dt), self.motion(j, &levers[1], law, dt)], dt),
                 point: domain.wrap(a.position() + overlap.point),
             };
             let entry = forces.evaluate(&input);
@@ -313,6 +321,7 @@ impl ContactContext {
         forces: &mut ContactForces,
     ) -> Result<()> {
         let time = self.substep as f64 * dt;
+        let half = if self.substep > 0 { 0.5 * dt } else { 0.0 };
         let walls: Vec<_> = self.params.walls.iter().map(|wall| (wall, wall.surface_at(time))).collect();
         let (store, near) = (&self.local.store, &self.near);
         let domain = near.decomposition().domain;
@@ -363,7 +372,17 @@ impl ContactContext {
                         masses: [constants.inertia.mass, f64::INFINITY],
                         dt,
                     },
-                    velocity: self.velocity(i, &overlap.point, law, dt) - wall.velocity(point, time),
+                    motion: self.relative(
+                        [
+                            self.motion(i, &overlap.point, law, dt),
+                            [
+                                wall.velocity(point, time),
+                                wall.velocity(point, time - half),
+                                wall.motion.angular_velocity.at(time - half),
+                            ],
+                        ],
+                        dt,
+                    ),
                     point: domain.wrap(point),
                 };
                 let entry = forces.evaluate(&input);

@@ -17,7 +17,7 @@ pub(super) fn cubes(edge: f64) -> Arc<[Template]> {
 
 /// Smooth and elastic.
 const SMOOTH: PairParams =
-    PairParams { restitution: 1.0, friction_static: 0.0, friction_kinetic: 0.0, transition_velocity: 1e-3 };
+    PairParams { restitution: 1.0, friction_static: 0.0, friction_kinetic: 0.0, ..MATERIAL.pair };
 
 fn model(pair: PairParams, law: ElasticLaw) -> ContactModel {
     stiff(pair, law, MATERIAL.material.youngs_modulus)
@@ -208,7 +208,7 @@ fn a_cube_on_an_incline_creeps_at_the_speed_at_which_friction_holds_it() {
     let (mut low, mut high) = (0.0, pair.transition_velocity);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if law.friction_coefficient(middle) < slope {
+        if law.friction.coefficient(middle) < slope {
             low = middle;
         } else {
             high = middle;

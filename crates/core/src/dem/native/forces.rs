@@ -2,7 +2,7 @@
 
 use crate::comm::Comm;
 use crate::contact::law::Action;
-use crate::contact::{Overlap, PairLaw, PairProperties};
+use crate::contact::{Overlap, PairLaw, PairProperties, RelativeMotion};
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::history::{History, Records};
@@ -96,8 +96,8 @@ pub(super) struct ContactInput<'a> {
     pub(super) offset: Vec3,
     /// Sizes and masses.
     pub(super) properties: PairProperties,
-    /// Velocity of the first body relative to the second at the point of contact (m/s).
-    pub(super) velocity: Vec3,
+    /// Motion of the first body relative to the second at the point of contact.
+    pub(super) motion: RelativeMotion,
     /// The point of contact (m), wrapped.
     pub(super) point: Vec3,
 }
@@ -143,13 +143,13 @@ impl ContactForces {
 
     /// Finds or begins the history of a contact and evaluates its force, which [`add`](Self::add) adds to both bodies.
     pub(super) fn evaluate(&mut self, input: &ContactInput) -> PairEntry {
-        let ContactInput { key, indices, law, overlap, velocity, point, .. } = *input;
+        let ContactInput { key, indices, law, overlap, point, .. } = *input;
         let (memory, begun) = self.history.remember(key, |memory| law.begin(memory));
         self.begun += u64::from(begun);
         PairEntry {
             key,
             indices,
-            action: law.act(overlap, input.offset, &input.properties, velocity, memory),
+            action: law.act(overlap, input.offset, &input.properties, &input.motion, memory),
             point,
             normal: overlap.normal,
             depth: overlap.depth,

@@ -15,6 +15,7 @@ const MATERIAL: ContactParams = ContactParams {
         friction_static: 0.32,
         friction_kinetic: 0.16,
         transition_velocity: 1e-3,
+        rolling_friction: 0.0,
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,

@@ -12,6 +12,7 @@ pub(super) const MATERIAL: ContactParams = ContactParams {
         friction_static: 0.32,
         friction_kinetic: 0.16,
         transition_velocity: 1e-3,
+        rolling_friction: 0.0,
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,
@@ -152,7 +153,13 @@ fn a_sphere_that_drops_on_a_wall_rebounds_with_the_set_restitution_and_one_memor
 
 /// Friction `mu` at any speed worth the name, restitution `e`.
 pub(super) fn sliding(mu: f64, restitution: f64) -> PairParams {
-    PairParams { restitution, friction_static: mu, friction_kinetic: mu, transition_velocity: 1e-6 }
+    PairParams {
+        restitution,
+        friction_static: mu,
+        friction_kinetic: mu,
+        transition_velocity: 1e-6,
+        ..MATERIAL.pair
+    }
 }
 
 #[test]

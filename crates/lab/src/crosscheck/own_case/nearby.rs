@@ -35,7 +35,7 @@ pub(super) fn verdict(
 ) -> Result<String> {
     let mut same = setup.clone();
     if let Some(contact) = &mut same.contact {
-        (contact.law, contact.damping) = SAME;
+        (contact.law, contact.damping, contact.friction) = SAME;
         for params in &mut contact.pairs {
             (params.friction_static, params.friction_kinetic) = (0.0, 0.0);
         }
