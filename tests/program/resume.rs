@@ -46,7 +46,6 @@ poisson_ratio = 0.25
 restitution = 0.5
 friction_static = 0.4
 friction_kinetic = 0.3
-transition_velocity = 0.01
 substeps = 2
 
 [driving]

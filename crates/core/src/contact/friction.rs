@@ -59,7 +59,7 @@ pub(super) struct Spring {
     radius: f64,
 }
 
-/// How the first body of a contact moves relative to the second.
+/// Motion of the first body of a contact relative to the second.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RelativeMotion {
     /// Velocity at the point of contact (m/s).

@@ -6,7 +6,7 @@
 //!
 //! ```text
 //! ConstantTorque   M = mu_r R* N w_r / |w_r|
-//! ElasticPlastic   m' = turned(m) + k_r w_r dt,   |m'| <= mu_r R* N;   M = m' + c_r w_r, or m' where it rolls
+//! ElasticPlastic   m' = turned(m) + k_r w_r dt,   |m'| <= mu_r R* |F|;   M = m' + c_r w_r, or m' where it rolls
 //!                  k_r = 2.25 mu_r^2 R*^2 N / d,   c_r = 0.6 sqrt(I_r k_r),   1/I_r = 1/(I_a + m_a R_a^2) + 1/(I_b + m_b R_b^2)
 //! Marshall         q' = q + k_t w_t dt,   |q'| <= (2/3) a mu_k |F|;   M = q' + c_t w_t, or q' where it twists;   k_t = k a^2 / 2,   c_t = c a^2 / 2
 //! ```
@@ -112,14 +112,14 @@ impl Turning {
         (roll, motion): (Vec3, &RelativeMotion),
         memory: &mut [f64],
     ) -> Vec3 {
-        let most = self.coefficient * pair.radius() * pressed.elastic;
+        let arm = self.coefficient * pair.radius();
         match (self.rolling, memory) {
             (RollingLaw::ConstantTorque, _) => {
                 let speed = roll.norm();
-                if speed > 0.0 { roll * (most / speed) } else { Vec3::zeros() }
+                if speed > 0.0 { roll * (arm * pressed.elastic / speed) } else { Vec3::zeros() }
             }
             (RollingLaw::ElasticPlastic, [x, y, z]) => {
-                let arm = self.coefficient * pair.radius();
+                let most = arm * pressed.normal;
                 let stiffness = if pressed.depth > 0.0 {
                     2.25 * arm * arm * pressed.elastic / pressed.depth
                 } else {
