@@ -36,7 +36,8 @@ const GROSS: f64 = 1e30;
 /// Friction between two materials, ready for use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction {
-    law: FrictionLaw,
+    /// Law.
+    pub law: FrictionLaw,
     /// Static coefficient (-), of [`FrictionLaw::NassauerKuna`] corrected for the kinetic part; 0 switches friction off.
     pub fixed: f64,
     /// Kinetic coefficient (-).
@@ -66,9 +67,9 @@ pub struct RelativeMotion {
     pub velocity: Vec3,
     /// The same half a sub-step before, where a law [asks for it](super::PairLaw::lags).
     pub before: Vec3,
-    /// Mean angular velocity of both bodies (1/s), and that of the first relative to the second, of the same time as `before`.
+    /// Mean angular velocity of both bodies (1/s), of the same time as `before`.
     pub spin: Vec3,
-    #[allow(missing_docs, reason = "with the one before")]
+    /// Angular velocity of the first body relative to the second (1/s), likewise.
     pub turning: Vec3,
     /// Time since the contacts were evaluated last (s): the sub-step, and 0 in the first one.
     pub elapsed: f64,
@@ -136,16 +137,6 @@ impl Friction {
         s * (rising + kinetic) / ((s * s + 1.0) * (s + 1.0))
     }
 
-    /// True if the law has a spring.
-    pub(super) fn has_spring(&self) -> bool {
-        self.law.has_spring()
-    }
-
-    /// Numbers that the law remembers of a contact.
-    pub(super) fn memory(&self) -> usize {
-        self.law.memory()
-    }
-
     /// The force (N) that holds the first body back, at a sliding velocity (m/s) and a normal force (N), by a law without a spring.
     pub(super) fn of_speed(&self, sliding: Vec3, normal: f64) -> Vec3 {
         let speed = sliding.norm();
@@ -203,6 +194,7 @@ pub(super) fn capped(vector: Vec3, most: f64) -> Vec3 {
     let size = vector.norm();
     if size > most { vector * (most / size) } else { vector }
 }
+
 /// The force of a spring that turns with the contact: into the plane across the normal, as long as before, and about the normal.
 pub(super) fn turned(force: Vec3, normal: Vec3, motion: &RelativeMotion) -> Vec3 {
     let size = force.norm();

@@ -154,7 +154,7 @@ impl PairLaw {
 
     /// True if a law takes velocities of half a step before, see [`RelativeMotion`].
     pub fn lags(&self) -> bool {
-        self.damping.lags() || self.friction.has_spring() || !self.turning.is_none()
+        self.damping.lags() || self.friction.law.has_spring() || !self.turning.is_none()
     }
 
     /// Sets the memory of a contact that has just begun, which is zero.
@@ -238,11 +238,11 @@ impl PairLaw {
         }
     }
 
-    /// Normal force (N), positive if it pushes the bodies apart, with the factor and the summand of its damping.
-    fn normal(&self, overlap: &Overlap, pair: &PairProperties, damping: f64, approach: f64) -> [f64; 3] {
+    /// Normal force (N), positive if it pushes the bodies apart; its elastic part, and the factor and the summand of its damping.
+    fn normal(&self, overlap: &Overlap, pair: &PairProperties, damping: f64, approach: f64) -> [f64; 4] {
         let elastic = self.elastic_force(overlap, pair);
         let [factor, dashpot] = self.damped(elastic, overlap.depth, pair, damping, approach);
-        [elastic * factor + dashpot, factor, dashpot]
+        [elastic * factor + dashpot, elastic, factor, dashpot]
     }
 
     /// Force and torques of a contact.
@@ -259,7 +259,7 @@ impl PairLaw {
         memory: &mut [f64],
     ) -> Action {
         let (impact, spring) = memory.split_at_mut(self.damping.memory());
-        let (spring, torques) = spring.split_at_mut(self.friction.memory().min(spring.len()));
+        let (spring, torques) = spring.split_at_mut(self.friction.law.memory());
         let radius = || contact_radius(overlap, self.elastic, pair);
         let velocity = if self.damping.lags() { motion.before } else { motion.velocity };
         let approach = velocity.dot(&overlap.normal);
@@ -271,8 +271,8 @@ impl PairLaw {
             }
             DampingLaw::Tsuji => UNSET,
         };
-        let [normal, factor, dashpot] = self.normal(overlap, pair, damping, approach);
-        let friction = if self.friction.has_spring() {
+        let [normal, elastic, factor, dashpot] = self.normal(overlap, pair, damping, approach);
+        let friction = if self.friction.law.has_spring() {
             self.friction.of_spring((overlap.normal, radius()), pair, motion, normal.abs(), memory_of(spring))
         } else {
             self.friction.of_speed(velocity - overlap.normal * approach, normal.abs())
@@ -297,7 +297,7 @@ impl PairLaw {
                 axis: overlap.normal,
                 depth: overlap.depth,
                 radius: radius(),
-                elastic: self.elastic_force(overlap, pair),
+                elastic,
                 normal: normal.abs(),
             };
             let back = self.turning.torque(&pressed, &self.friction, pair, motion, torques);
