@@ -106,7 +106,7 @@ fn exact(row: &Row, reduced: f64) -> Option<f64> {
 
 /// A column of the table of exact values in the box of a row, which `reference.py` has computed; NaN where it lacks the row.
 fn tabled(pick: &Pick, column: &str) -> f64 {
-    let mut lines = include_str!("reference.csv").lines().filter(|line| !line.starts_with('#'));
+    let mut lines = include_str!("exact.csv").lines().filter(|line| !line.starts_with('#'));
     let heads: Vec<&str> = lines.next().expect("heads").split(',').collect();
     let at = heads.iter().position(|head| *head == column).expect("a column");
     let keys = ["with", "n", "gap", "room", "oblique"].map(|key| pick.word(key));

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Exact forces and torques on spheres that slide and turn in a narrow gap, in the box of each row of rows.txt: reference.csv.
+"""Exact forces and torques on spheres that slide and turn in a narrow gap, in the box of each row of rows.txt: exact.csv.
 
-    python3 reference.py > reference.csv          needs numpy; a minute
+    python3 reference.py > exact.csv          needs numpy; a minute
 
 Stokes flow in bispherical coordinates, m = 1 (Dean and O'Neill 1963, O'Neill 1964): p = mu Q cos f, u = (x p / mu + h) / 2 with harmonic
 Q and h, whose coefficients follow from no slip and from div u = 0 on both surfaces, by least squares. Agrees with the tables

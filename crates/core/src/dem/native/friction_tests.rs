@@ -4,7 +4,6 @@ use super::cube_tests::cubes;
 use super::wall_tests::{MATERIAL, RADIUS, TANK, alone, first, plane, run};
 use super::*;
 use crate::contact::{ContactParams, FrictionLaw, PairParams};
-use crate::math::Quat;
 use crate::shape::{Cylinder, Sphere};
 use crate::wall::Motion;
 
@@ -18,16 +17,9 @@ fn model(statics: f64, kinetic: f64, restitution: f64) -> ContactModel {
 }
 
 /// A body on a floor at the height `z` (m) under a gravity whose direction is that of an incline.
-fn on_an_incline(
-    shape: Arc<dyn Shape>,
-    z: f64,
-    orientation: Quat,
-    slope: f64,
-    contact: ContactModel,
-) -> Native {
+fn on_an_incline(shape: Arc<dyn Shape>, z: f64, slope: f64, contact: ContactModel) -> Native {
     let gravity = Vec3::new(slope, 0.0, -1.0).normalize() * 9.81;
-    let mut body = Particle::at(0, 0, Vec3::new(6e-3, 6e-3, z));
-    body.set_orientation(&orientation);
+    let body = Particle::at(0, 0, Vec3::new(6e-3, 6e-3, z));
     let floor = plane("incline", Vec3::zeros(), Vec3::z());
     let templates: Arc<[Template]> = [Template { shape, density: 2500.0, material: 0 }].into();
     alone(TANK, contact, vec![floor], gravity, templates, &[body])
@@ -41,16 +33,14 @@ fn acceleration(engine: &mut Native, steps: usize, dt: f64) -> f64 {
 }
 
 #[test]
-fn a_cube_rests_on_an_incline_below_the_angle_of_friction_for_10_seconds_and_a_cylinder_for_one() {
-    let on_side = Quat::from_axis_angle(&Vec3::x_axis(), std::f64::consts::FRAC_PI_2);
-    let cylinder = || Arc::new(Cylinder::new(2e-3, 2e-3).unwrap());
-    // The cylinder on its side lies along y, and rolls; so its slope is zero.
-    for (what, shape, z, turn, slope, seconds) in [
-        ("a cube", cubes(EDGE)[0].shape.clone(), 0.5 * EDGE, Quat::identity(), 0.199, 10),
-        ("a cylinder on its face", cylinder(), 1e-3, Quat::identity(), 0.199, 1),
-        ("a cylinder on its side", cylinder(), 2e-3, on_side, 0.0, 1),
+fn a_cube_rests_on_an_incline_below_the_angle_of_friction_for_10_seconds_and_a_cylinder_on_its_face_for_one()
+{
+    let cylinder = Arc::new(Cylinder::new(2e-3, 2e-3).unwrap());
+    for (what, shape, z, seconds) in [
+        ("a cube", cubes(EDGE)[0].shape.clone(), 0.5 * EDGE, 10),
+        ("a cylinder on its face", cylinder, 1e-3, 1),
     ] {
-        let mut engine = on_an_incline(shape, z, turn, slope, model(0.5, 0.4, 0.5));
+        let mut engine = on_an_incline(shape, z, 0.199, model(0.5, 0.4, 0.5));
         run(&mut engine, 50_000, DT);
         let from = first(&engine).position();
         run(&mut engine, seconds * 100_000, DT);
@@ -63,13 +53,8 @@ fn a_cube_rests_on_an_incline_below_the_angle_of_friction_for_10_seconds_and_a_c
 #[test]
 fn above_the_angle_of_friction_a_cube_slides_as_coulomb_has_it() {
     for (slope, kinetic) in [(0.6, 0.4), (1.0, 0.5)] {
-        let mut engine = on_an_incline(
-            cubes(EDGE)[0].shape.clone(),
-            0.5 * EDGE,
-            Quat::identity(),
-            slope,
-            model(0.5, kinetic, 0.5),
-        );
+        let mut engine =
+            on_an_incline(cubes(EDGE)[0].shape.clone(), 0.5 * EDGE, slope, model(0.5, kinetic, 0.5));
         run(&mut engine, 20_000, 1e-6);
         let measured = acceleration(&mut engine, 40_000, 1e-6);
         let expected = 9.81 * (slope - kinetic) / slope.hypot(1.0);
@@ -81,13 +66,7 @@ fn above_the_angle_of_friction_a_cube_slides_as_coulomb_has_it() {
 #[test]
 fn a_sphere_rolls_down_an_incline_with_five_sevenths_of_the_acceleration_and_without_slip() {
     let slope: f64 = 0.3;
-    let mut engine = on_an_incline(
-        Arc::new(Sphere { radius: RADIUS }),
-        RADIUS,
-        Quat::identity(),
-        slope,
-        model(0.5, 0.5, 0.5),
-    );
+    let mut engine = on_an_incline(Arc::new(Sphere { radius: RADIUS }), RADIUS, slope, model(0.5, 0.5, 0.5));
     run(&mut engine, 2000, DT);
     let measured = acceleration(&mut engine, 2000, DT);
     let expected = 5.0 / 7.0 * 9.81 * slope / slope.hypot(1.0);
