@@ -165,7 +165,11 @@ impl FluidSystem {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
         let walls = LatticeWalls::new(&setup.walls, &setup.units());
-        let boundary = Boundary { motions: &walls.motions(None), wall_of: &|cell| walls.wall_of(cell) };
+        let boundary = Boundary {
+            motions: &walls.motions(None),
+            wall_of: &|cell| walls.wall_of(cell),
+            part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+        };
         let mut fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];
         comm.sum(&mut cells);

@@ -50,9 +50,11 @@ const OF_BODIES: &str = "\
 fluid_force: Force of the fluid on the wall in the last step, without the pressure at rest.
 contact_force: Force of contacts on the wall, or on all bodies of a section with prescribed motion.
 shear_stress: Force of fluid and contacts along a plane wall over its area in the box. Planes only.
+fluid_torque: Torque of the fluid in the last step on a pipe or rod, about its `pivot`, by default the `point` of its axis.
+contact_torque: Torque of contacts on a pipe or rod about the same point, or on all bodies of a section with prescribed motion, about the \
+    centre of each.
 hydrodynamic_force: Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy: `drag` is without.
 hydrodynamic_torque: Torque of the fluid on them, about the centre of each.
-contact_torque: Torque of contacts on them, about the centre of each.
 drag: `hydrodynamic_force` without the hydrostatic part, the buoyancy `-sum rho V_p g`; with `force_balance = \"mixture\"` it holds the force of \
     the mean pressure gradient, `sum rho V_p a`.
 ";
@@ -84,9 +86,17 @@ pub(super) fn definitions(table: &'static str) -> Vec<(&'static str, &'static st
     table.lines().filter_map(of_line).collect()
 }
 
-/// Beginnings of the names of the columns of a wall, before its name and the axis, and their units. Those of planes only come last.
-pub const WALL_COLUMNS: [(&str, &str); 3] =
-    [("fluid_force", "N"), ("contact_force", "N"), ("shear_stress", "Pa")];
+/// Beginnings of the names of the columns of a wall, before its name and the axis, and their units.
+pub const WALL_COLUMNS: [(&str, &str); 5] = [
+    ("fluid_force", "N"),
+    ("contact_force", "N"),
+    ("shear_stress", "Pa"),
+    ("fluid_torque", "N m"),
+    ("contact_torque", "N m"),
+];
+
+/// Those of a plane come first; a pipe or rod has all but the last one of them.
+pub const PLANE_COLUMNS: usize = 3;
 
 /// True of the names of the columns of walls and of bodies with prescribed motion.
 pub fn is_of_a_body(name: &str) -> bool {
@@ -95,11 +105,14 @@ pub fn is_of_a_body(name: &str) -> bool {
 }
 
 /// Header of the columns of walls, wall by wall: force of the fluid on it in the last step, without the pressure at rest; force of
-/// contacts; and of planes the shear stress, the force of fluid and contacts along the plane over its area in the box.
+/// contacts; of planes the shear stress, the force of fluid and contacts along the plane over its area in the box; and of others the
+/// torques of fluid and of contacts about the pivot.
 pub fn wall_columns(walls: &[Wall]) -> impl Iterator<Item = String> {
     walls.iter().flat_map(|wall| {
-        let known = WALL_COLUMNS.len() - usize::from(!wall.surface.is_plane());
-        WALL_COLUMNS[..known].iter().flat_map(|(what, unit)| {
+        let (of_planes, others) = WALL_COLUMNS.split_at(PLANE_COLUMNS);
+        let (both, _) = of_planes.split_at(PLANE_COLUMNS - 1);
+        let known = if wall.surface.is_plane() { [of_planes, &[]] } else { [both, others] };
+        known.into_iter().flatten().flat_map(|(what, unit)| {
             ["x", "y", "z"].map(|axis| format!("{what}_{}_{axis} ({unit})", wall.name))
         })
     })
@@ -286,7 +299,7 @@ mod tests {
     #[test]
     fn every_column_has_one_definition_and_every_definition_a_column() {
         // Walls and bodies share one.
-        let of_bodies = WALL_COLUMNS.iter().chain(&LOADS[..2]).chain(&LOADS[3..]).map(|(name, _)| *name);
+        let of_bodies = WALL_COLUMNS.iter().chain(&LOADS[..2]).chain(&LOADS[4..]).map(|(name, _)| *name);
         let names = COLUMNS.iter().map(|head| head.split(" (").next().unwrap()).chain(of_bodies);
         let quantity = |name: &'static str| match name.rsplit_once('_') {
             Some((vector, "x" | "y" | "z" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz")) => vector,

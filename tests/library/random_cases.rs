@@ -93,6 +93,20 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     )
     .unwrap();
     let lubricated = random.random_bool(0.25);
+    if random.random_bool(0.3) {
+        // A rod that turns, anywhere between the cells, in the middle.
+        let [y, z] = [1, 2].map(|a| 0.5 * size[a] + random.random_range(-5e-5..5e-5));
+        let (diameter, rate) = (random.random_range(2e-4..4e-4), random.random_range(-20.0..20.0));
+        let steady = format!("[{rate}, 0, 0]");
+        let varying = format!("{{ oscillation = {{ amplitude = {steady}, frequency = 150 }} }}");
+        let rate = [steady, varying].into_iter().choose(random).unwrap();
+        write!(
+            text,
+            "[[walls]]\nname = \"rod\"\nrod = {{ point = [0, {y}, {z}], axis = [1, 0, 0], diameter = {diameter} }}\n\
+             angular_velocity = {rate}\n"
+        )
+        .unwrap();
+    }
     for section in 0..random.random_range(1..4_u8) {
         let known = if section == 0 { &LUBRICATED[..3] } else { &LUBRICATED };
         let shape = if lubricated { known.choose(random) } else { SHAPES.choose(random) }.unwrap();

@@ -202,7 +202,11 @@ fn measure(row: &Row) -> Outcome {
     let decomposition = Decomposition::new(domain, 1).expect("one block");
     let walls = [plane("z-", 0.0, 1.0), plane("z+", edge, -1.0)];
     let walls = LatticeWalls::new(if other.is_some() { &[] } else { &walls }, &units);
-    let boundary = Boundary { motions: &walls.motions(None), wall_of: &|cell| walls.wall_of(cell) };
+    let boundary = Boundary {
+        motions: &walls.motions(None),
+        wall_of: &|cell| walls.wall_of(cell),
+        part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+    };
     let params = FluidParams {
         relaxation_time: row.tau,
         collision: Collision::Trt { magic: 0.125 },

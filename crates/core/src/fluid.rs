@@ -2,7 +2,7 @@
 //!
 //! D3Q19, BGK or TRT, forces by the exact difference method ([`kernel`]); populations shifted by their weights and
 //! streamed in place in one buffer ([`layout`]); ghosts exchanged with the neighbouring blocks ([`halo`]); walls by
-//! half-way bounce-back ([`walls`]). The fluid does not know particles: a sweep gets the cells that bodies cover and
+//! half-way and interpolated bounce-back ([`walls`]). The fluid does not know particles: a sweep gets the cells that bodies cover and
 //! returns the momentum that each body received ([`bodies`]).
 
 mod bodies;
@@ -49,7 +49,7 @@ pub(crate) use solid::SolidRow;
 pub use solid::{CHUNK, GROUP, SolidModel};
 use sweep::SweepDevice;
 use walls::Walls;
-pub use walls::{Boundary, WallLoad, WallMotion};
+pub use walls::{Boundary, HALF_WAY, PartOfLink, WallLoad, WallMotion};
 
 /// Storage type of the populations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -177,6 +177,10 @@ impl<S: Population> Fluid<S> {
         let (tau, simd) = (params.relaxation_time, params.simd);
         assert!(simd.is_available(), "{simd:?} on a processor that has it");
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
+        let relaxation_times = match params.collision {
+            Collision::Bgk => [tau; 2],
+            Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
+        };
         let order = RowOrder::new(decomposition, comm.rank());
         let arrays = (|| {
             let [x, y, z] = block.size();
@@ -187,7 +191,7 @@ impl<S: Population> Fluid<S> {
             Ok((
                 Buffer::zeroed(layout.len(), &what)?,
                 FluidHalo::new(&layout, decomposition, comm)?,
-                Walls::new(&layout, order, domain, block, boundary)?,
+                Walls::new(&layout, order, domain, block, boundary, relaxation_times)?,
                 layout,
             ))
         })();
@@ -203,10 +207,7 @@ impl<S: Population> Fluid<S> {
             order,
             measured: Measured { momentum: std::array::from_fn(|_| vec![S::Number::ZERO; row]) },
             walls,
-            relaxation_times: match params.collision {
-                Collision::Bgk => [tau; 2],
-                Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
-            },
+            relaxation_times,
             params: *params,
             wrap_x: decomposition.grid[0] == 1 && domain.is_periodic(0),
             domain: *domain,

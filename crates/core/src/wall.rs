@@ -66,6 +66,24 @@ impl Surface {
         }
     }
 
+    /// Part of the way from a point in the free space to one in the wall at which its surface is met.
+    pub fn part_of_way(&self, from: Vec3, to: Vec3) -> f64 {
+        match *self {
+            Self::Plane { normal, .. } => self.distance(from) / (from - to).dot(&normal),
+            Self::Cylinder { radius, pipe, .. } => {
+                // Roots of `a part^2 + 2 b part + c = 0`, without cancellation.
+                let (r, way) = (self.radial(from), self.radial(to) - self.radial(from));
+                let (a, b, c) = (way.norm_squared(), r.dot(&way), r.norm_squared() - radius * radius);
+                let root = (b * b - a * c).sqrt();
+                match pipe {
+                    false => c / (root - b),
+                    true if b > 0.0 => -c / (b + root),
+                    true => (root - b) / a,
+                }
+            }
+        }
+    }
+
     /// From the axis of a cylinder to a point.
     fn radial(&self, at: Vec3) -> Vec3 {
         match self {
@@ -188,6 +206,28 @@ mod tests {
             let origin = Vec3::new(3.0, 2.0, 1.0);
             assert!((surface.seen_from(origin).distance(at - origin) - surface.distance(at)).abs() < 1e-14);
         }
+    }
+
+    #[test]
+    fn a_way_into_a_wall_meets_its_surface_where_the_distance_is_zero() {
+        let axis = Vec3::new(0.6, 0.0, 0.8);
+        let cylinder = |pipe| Surface::Cylinder { point: Vec3::new(0.1, 0.2, 0.3), axis, radius: 1.5, pipe };
+        let plane = Surface::Plane { point: Vec3::new(1.0, 0.0, 0.0), normal: axis };
+        let mut ways = 0;
+        for surface in [plane, cylinder(true), cylinder(false)] {
+            for n in 0..4000 {
+                let random =
+                    |k: u32| f64::from((n * 6 + k).wrapping_mul(2_654_435_761) >> 8) / f64::from(1 << 24);
+                let [from, to] = [0, 3].map(|k| Vec3::from_fn(|a, _| 4.0 * random(k + a as u32) - 2.0));
+                if surface.distance(from) > 0.0 && surface.distance(to) < 0.0 {
+                    let part = surface.part_of_way(from, to);
+                    assert!((0.0..=1.0).contains(&part), "{surface:?} {part}");
+                    assert!(surface.distance(from + (to - from) * part).abs() < 1e-12, "{surface:?}");
+                    ways += 1;
+                }
+            }
+        }
+        assert!(ways > 1000);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::gather;
 use super::sums::{Sums, Totals};
 use crate::case::Setup;
-use crate::dem::ContactState;
+use crate::dem::{ContactState, Load};
 use crate::math::Vec3;
 use crate::output::SeriesRow;
 use crate::output::series::{DRAG, LOADS};
@@ -43,7 +43,7 @@ fn stokes_velocity(setup: &Setup) -> f64 {
 /// and its momentum in them is part of theirs, `sum m v - rho V_p u`.
 pub(super) fn sums(setup: &Setup, rank: &RankState, measured: &Measurement) -> Sums {
     let (simulation, contacts) = (rank.simulation(), rank.contacts());
-    let on_sections = ON_WALLS + 3 * setup.walls.len();
+    let on_sections = ON_WALLS + 6 * setup.walls.len();
     let mut sums = Sums::new(on_sections + LOADS.len() * 3 * setup.prescribed_sections().len(), 0, 3);
     let known = gather::partners(simulation, contacts);
     let start = (simulation.step == 0).then(|| setup.flow_at_start());
@@ -112,14 +112,21 @@ pub(super) fn row(
         walls: walls
             .flat_map(|(n, (wall, load))| {
                 // Before the first step there was none to measure in.
-                let fluid = if simulation.step > 0 { load.force } else { Vec3::zeros() };
-                let contacts = tells.then(|| vector(ON_WALLS + 3 * n));
-                let stress = wall.surface.is_plane().then(|| shear_stress(setup, wall, fluid + contacts?));
-                [Some(Some(fluid)), Some(contacts), stress].into_iter().flatten()
+                let fluid = if simulation.step > 0 { load } else { Load::default() };
+                let [contacts, torque] = [0, 3].map(|k| tells.then(|| vector(ON_WALLS + 6 * n + k)));
+                let rest = if wall.surface.is_plane() {
+                    [
+                        Some(contacts.and_then(|contacts| shear_stress(setup, wall, fluid.force + contacts))),
+                        None,
+                    ]
+                } else {
+                    [Some(Some(fluid.torque)), Some(torque)]
+                };
+                [Some(Some(fluid.force)), Some(contacts)].into_iter().chain(rest).flatten()
             })
             .map(|known| known.map(<[f64; 3]>::from))
             .collect(),
-        prescribed: sums[ON_WALLS + 3 * setup.walls.len()..].to_vec(),
+        prescribed: sums[ON_WALLS + 6 * setup.walls.len()..].to_vec(),
     })
 }
 
@@ -145,7 +152,7 @@ const WALL_FORCE: usize = 10;
 const CONTACT_STRESS: usize = 13;
 /// Numbers of particles and of contacts.
 const COUNTS: usize = 19;
-/// Forces of contacts on each wall.
+/// Force of contacts on each wall, and torque about its pivot.
 const ON_WALLS: usize = 21;
 // Its maxima.
 const MAX_SPEED: usize = 0;
@@ -206,8 +213,11 @@ fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, sums: &
         None => centre(contact.second),
         Some(wall) => {
             sums.add(WALL_FORCE, (-force).as_slice());
-            sums.add(ON_WALLS + 3 * wall, (-force).as_slice());
-            contact.point.into()
+            let point = Vec3::from(contact.point);
+            let torque = (point - setup.walls[wall].motion.pivot).cross(&-force);
+            sums.add(ON_WALLS + 6 * wall, (-force).as_slice());
+            sums.add(ON_WALLS + 6 * wall + 3, torque.as_slice());
+            point
         }
     };
     let branch = setup.domain.nearest_image(centre(contact.first) - from);

@@ -148,7 +148,11 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
     }
     let method = scene.method();
     let mut parts = on_threads(decomposition.ranks(), |comm| {
-        let boundary = Boundary { motions: &motions, wall_of: &|cell| lattice_walls.wall_of(cell) };
+        let boundary = Boundary {
+            motions: &motions,
+            wall_of: &|cell| lattice_walls.wall_of(cell),
+            part_of_link: &|wall, cell, way| lattice_walls.part_of_link(wall, cell, way),
+        };
         let params = FluidParams { collision: scene.collision, ..fluid_for(method) };
         let mut fluid = AnyFluid::new(precision, &decomposition, &comm, &params, &boundary).unwrap();
         fluid.set_equilibrium(|cell| {

@@ -24,7 +24,11 @@ fn measured<S: Population>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
-        let boundary = Boundary { motions: &walls.motions(None), wall_of: &|cell| walls.wall_of(cell) };
+        let boundary = Boundary {
+            motions: &walls.motions(None),
+            wall_of: &|cell| walls.wall_of(cell),
+            part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+        };
         let store = store(&decomposition, comm.rank(), &three(), 0.6);
         let mut fluid = Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         let mut coupling = Coupling::new(coupled(solids), &decomposition, comm.rank(), 0.6);

@@ -44,7 +44,11 @@ fn run<S: Population>(
     let decomposition = Decomposition::with_grid(domain, grid);
     let walls = LatticeWalls::new(&walls(&domain), &UNITS);
     let parts = on_threads(decomposition.ranks(), |comm| {
-        let boundary = Boundary { motions: &walls.motions(None), wall_of: &|cell| walls.wall_of(cell) };
+        let boundary = Boundary {
+            motions: &walls.motions(None),
+            wall_of: &|cell| walls.wall_of(cell),
+            part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+        };
         let store = store(&decomposition, comm.rank(), particles, 0.6);
         let mut fluid = Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();
         fluid.set_equilibrium(|_| (density, [0.0; 3]));

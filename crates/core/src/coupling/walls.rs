@@ -73,6 +73,13 @@ impl LatticeWalls {
         self.surfaces.iter().position(|surface| surface.distance(centre) < 0.0)
     }
 
+    /// Part of the way from the centre of a cell to that of the next one along a direction at which a wall is met.
+    pub fn part_of_link(&self, wall: usize, cell: [i64; 3], direction: [isize; 3]) -> f64 {
+        let from = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.units.dx));
+        let way = Vec3::from(direction.map(|c| c as f64 * self.units.dx));
+        self.surfaces[wall].part_of_way(from, from + way)
+    }
+
     /// True if one of them changes its motion in time.
     pub fn vary(&self) -> bool {
         self.motions.iter().any(|motion| !motion.is_steady())

@@ -57,6 +57,7 @@ struct CompiledKernels {
     sweep: NamedKernel,
     flow_total: NamedKernel,
     copy_links: NamedKernel,
+    interpolate_links: NamedKernel,
     pack: NamedKernel,
     unpack: NamedKernel,
     departed: NamedKernel,
@@ -69,6 +70,7 @@ impl CompiledKernels {
             sweep: of.kernel("sweep"),
             flow_total: of.kernel("flow_total"),
             copy_links: of.kernel("copy_links"),
+            interpolate_links: of.kernel("interpolate_links"),
             pack: of.kernel("pack"),
             unpack: of.kernel("unpack"),
             departed: of.kernel("departed"),
@@ -204,7 +206,8 @@ impl<S: Population> DeviceSweep<S> {
         self.queue.read(&self.bodies.received, received)?;
         self.transferred += size_of_val(received) as u64;
         // The host need not wait for these.
-        self.copy(&self.exchange.swept[phase.next() as usize], populations)
+        self.copy(&self.exchange.swept[phase.next() as usize], populations)?;
+        self.interpolate(self.exchange.interpolated[0].as_ref(), phase.next(), populations)
     }
 
     /// The sweep itself; bodies receive `received` bytes.

@@ -120,7 +120,7 @@ unsafe fn sweep_block<
             }
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
-                fluid.walls.bounce_row(entered, populations, y, z);
+                fluid.walls.bounce_row(entered, populations, [y, z], false);
             }
             if fluid.wrap_x {
                 wrap.row(populations, cell, [y as isize, z as isize]);

@@ -109,7 +109,7 @@ impl<S: Population> Fluid<S> {
             }
             SweepDevice::Host => {
                 self.halo.exchange(&mut self.populations, self.phase);
-                self.walls.bounce_late(self.phase, &mut self.populations);
+                self.walls.bounce_late(self.phase, &mut self.populations, false);
             }
         }
     }
@@ -118,7 +118,7 @@ impl<S: Population> Fluid<S> {
     pub fn move_walls(&mut self, motions: &[WallMotion]) {
         self.walls.set_motions(&self.layout, motions);
         if let SweepDevice::Device(device) = &mut self.device {
-            device.move_walls(self.walls.links(&self.layout));
+            device.move_walls(self.walls.links(&self.layout), &self.walls.cells());
         }
     }
 

@@ -1,4 +1,4 @@
-//! Walls made of whole cells: half-way bounce-back, at rest or moving.
+//! Walls: half-way bounce-back where a link meets its wall half-way, and interpolated bounce-back elsewhere ([`interpolated`]).
 //!
 //! A population that a fluid cell `x` sends towards a wall cell `w = x - c_i` returns within the same step:
 //!
@@ -14,7 +14,10 @@
 //! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice
 //! Boltzmann Method, Eqs. (5.26) and (5.79).
 
+mod cells;
 mod find;
+mod interpolated;
+mod motion;
 mod rule;
 
 use super::Real;
@@ -24,47 +27,14 @@ use super::rows::RowOrder;
 use super::solid::CHUNK;
 use crate::domain::{Block, Domain, Face};
 use crate::error::Result;
-use crate::lattice::{C, Q, W, opposite};
+use crate::lattice::{C, Q, opposite};
 use crate::math::to_fixed;
+pub(crate) use cells::WallRow;
 use find::Map;
+pub(crate) use interpolated::CellList;
+use interpolated::Interpolated;
+pub use motion::WallMotion;
 pub(crate) use rule::LinkRule;
-use std::ops::Range;
-
-/// Rigid motion of a wall in a step, lattice units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct WallMotion {
-    /// Velocity of the pivot (cells per time step).
-    pub velocity: [f64; 3],
-    /// Angular velocity about the pivot (1 / time step).
-    pub angular_velocity: [f64; 3],
-    /// A point of the wall (cells from the corner of the box).
-    pub pivot: [f64; 3],
-    /// It may be another one in the next step.
-    pub varies: bool,
-}
-
-impl WallMotion {
-    fn moves(&self) -> bool {
-        self.varies || self.velocity.iter().chain(&self.angular_velocity).any(|&v| v != 0.0)
-    }
-
-    /// `6 w_i c_i . u_w` of the link in direction `i` of a cell of the box: by its position there, so it is the same on every rank.
-    fn correction<T: Real>(&self, cell: [isize; 3], i: usize) -> T {
-        let u = self.at(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)));
-        let cu: f64 = (0..3).map(|a| C[i][a] as f64 * u[a]).sum();
-        T::from_f64(6.0 * W[i] * cu)
-    }
-
-    /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
-    pub fn at(&self, position: [f64; 3]) -> [f64; 3] {
-        let (w, r): (_, [f64; 3]) =
-            (self.angular_velocity, std::array::from_fn(|a| position[a] - self.pivot[a]));
-        std::array::from_fn(|a| {
-            let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            self.velocity[a] + (w[b] * r[c] - w[c] * r[b])
-        })
-    }
-}
 
 /// The walls round and in a box, lattice units.
 pub struct Boundary<'a> {
@@ -73,12 +43,21 @@ pub struct Boundary<'a> {
     /// The wall a cell belongs to, an index into `motions`; of every cell beyond a closed face it must know one.
     /// Cells are those of the box, and up to one beyond in directions that are not periodic.
     pub wall_of: &'a dyn Fn([i64; 3]) -> Option<usize>,
+    /// Part of the way from the centre of a cell, along a direction of the lattice to the centre of a cell of a wall, at which the
+    /// surface of that wall is met; not asked beyond closed faces, which are half-way.
+    pub part_of_link: PartOfLink<'a>,
 }
+
+/// [`Boundary::part_of_link`] of a wall, a cell and a direction.
+pub type PartOfLink<'a> = &'a dyn Fn(usize, [i64; 3], [isize; 3]) -> f64;
+
+/// [`Boundary::part_of_link`] of walls made of whole cells.
+pub const HALF_WAY: PartOfLink<'static> = &|_, _, _| 0.5;
 
 impl Boundary<'_> {
     /// No walls: for a box that is periodic in all directions.
     pub const fn none() -> Self {
-        Boundary { motions: &[], wall_of: &|_| None }
+        Boundary { motions: &[], wall_of: &|_| None, part_of_link: HALF_WAY }
     }
 }
 
@@ -108,17 +87,6 @@ struct Run {
     direction: u8,
 }
 
-/// A row of the block with wall cells in it.
-#[derive(Debug)]
-pub(crate) struct WallRow<T> {
-    /// Consecutive wall cells, and the wall.
-    cells: Vec<(Range<usize>, u16)>,
-    /// By chunk: all cells are wall and need no sweep.
-    pub(crate) dead: Vec<bool>,
-    /// Other chunks with wall cells: 1 in fluid, 0 in walls.
-    mixed: Vec<(usize, [T; CHUNK])>,
-}
-
 /// All walls of a block.
 pub(crate) struct Walls<S: Population> {
     motions: Vec<WallMotion>,
@@ -131,6 +99,8 @@ pub(crate) struct Walls<S: Population> {
     to_far: [isize; Q],
     /// Data of the rules of runs, link by link.
     numbers: Vec<S::Number>,
+    /// Links that meet their walls elsewhere than half-way.
+    interpolated: Interpolated<S::Number>,
     /// At the two ends of rows, where they meet closed faces.
     ends: Vec<RowEnds<S::Number>>,
     /// Wall cells of the block by row; no row at all if there is none.
@@ -164,6 +134,7 @@ impl<S: Population> Walls<S> {
         domain: &Domain,
         block: Block,
         boundary: &Boundary,
+        relaxation_times: [f64; 2],
     ) -> Result<Self> {
         let size = layout.size;
         let mut walls = Self {
@@ -174,6 +145,7 @@ impl<S: Population> Walls<S> {
                 (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
             }),
             numbers: Vec::new(),
+            interpolated: Interpolated::new(layout, relaxation_times),
             ends: Vec::new(),
             rows: Vec::new(),
             size,
@@ -189,38 +161,10 @@ impl<S: Population> Walls<S> {
         let at_end = [block.lo[0] == 0, block.hi[0] == domain.cells[0]];
         let closed = [0, 1].map(|face| at_end[face] && domain.faces[face] != Face::Periodic);
         walls.find_ends(&map, closed);
-        walls.find_runs(layout, &map, closed);
+        walls.find_runs(layout, &map, closed, boundary.part_of_link);
+        walls.interpolated.set_motions(layout, walls.lo, &walls.motions, WallMotion::moves);
         walls.find_cells(&map);
         Ok(walls)
-    }
-
-    /// Gives the walls that vary their motion in the coming step.
-    pub(crate) fn set_motions(&mut self, layout: &Layout, motions: &[WallMotion]) {
-        assert_eq!(self.motions.len(), motions.len(), "the motion of each wall");
-        let lo = self.lo;
-        let in_box = |cell: [usize; 3]| std::array::from_fn(|a| (cell[a] + lo[a]) as isize);
-        self.motions.copy_from_slice(motions);
-        for run in self.late.iter().chain(self.early.iter().flatten()) {
-            let (motion, i) = (&motions[usize::from(run.wall)], usize::from(run.direction));
-            if motion.varies {
-                let [x, y, z] = in_box(layout.coordinates(run.near - i * layout.stride));
-                let numbers = &mut self.numbers[run.numbers as usize..][..run.count as usize];
-                for (x, number) in (x..).zip(numbers) {
-                    *number = motion.correction([x, y, z], i);
-                }
-            }
-        }
-        for ends in self.ends.iter_mut().filter(|ends| ends.rule == LinkRule::Moving) {
-            let mut numbers = std::mem::take(&mut ends.numbers);
-            ends.each(layout, self.size, |link, i, cell, _, _| {
-                if let Some(motion) =
-                    motions.get(usize::from(ends.walls[link])).filter(|motion| motion.varies)
-                {
-                    numbers[link] = motion.correction(in_box(cell), i);
-                }
-            });
-            ends.numbers = numbers;
-        }
     }
 
     /// Returns true if there are none in the whole box.
@@ -276,17 +220,27 @@ impl<S: Population> Walls<S> {
         }
     }
 
-    /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed.
+    /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed; `again` if
+    /// populations are those of a saved state.
     #[inline(never)]
-    pub(crate) fn bounce_row(&self, entered: AaPhase, populations: &mut [S], y: usize, z: usize) {
-        if let Some(runs) = self.early.get(z * self.size[1] + y) {
+    pub(crate) fn bounce_row(
+        &self,
+        entered: AaPhase,
+        populations: &mut [S],
+        [y, z]: [usize; 2],
+        again: bool,
+    ) {
+        let row = z * self.size[1] + y;
+        if let Some(runs) = self.early.get(row) {
             self.bounce(runs, entered, populations);
         }
+        self.interpolated.apply(Some(row), entered, populations, again);
     }
 
-    /// Bounces the links that lead out of the block, after the halo exchange.
-    pub(crate) fn bounce_late(&self, entered: AaPhase, populations: &mut [S]) {
+    /// Bounces the links that wait for the halo exchange; `again` as there.
+    pub(crate) fn bounce_late(&self, entered: AaPhase, populations: &mut [S], again: bool) {
         self.bounce(&self.late, entered, populations);
+        self.interpolated.apply(None, entered, populations, again);
     }
 
     #[inline(always)]
@@ -316,6 +270,7 @@ impl<S: Population> Walls<S> {
                 populations[far + k] = run.rule.sent(populations[run.near + k], &numbers[each * k..]);
             }
         }
+        self.interpolated.begin(populations);
         for ends in &self.ends {
             ends.each(layout, self.size, |link, _, _, near, far| {
                 populations[far] = ends.rule.sent(populations[near], ends.numbers_of(link));
@@ -338,6 +293,11 @@ impl<S: Population> Walls<S> {
             });
         }
         [early.into(), late.into()]
+    }
+
+    /// Interpolated links as a device applies them: those within the block, then those that wait for the halo exchange.
+    pub(crate) fn cells(&self) -> [CellList<S::Number>; 2] {
+        self.interpolated.lists()
     }
 
     /// Of each cell of the block: 0 in fluid, 1 in a wall, 2 if it is not swept; empty if there is no cell in a wall.
@@ -381,6 +341,8 @@ impl<S: Population> Walls<S> {
                 add(run.wall, i, [x + k, y, z], run.near + k, far + k);
             }
         }
+        self.interpolated
+            .each(|cell, [near, far], i, wall| add(wall, i, layout.coordinates(cell), near, far));
         for ends in &self.ends {
             ends.each(layout, self.size, |link, i, cell, near, far| {
                 if ends.walls[link] != NO_WALL {
@@ -415,50 +377,6 @@ impl<T: Real> LinkList<T> {
         self.near.extend((0..count).map(|k| (near + k) as u64));
         self.far.extend((0..count).map(|k| (far + k) as u64));
         self.numbers.extend_from_slice(numbers);
-    }
-}
-
-impl<T: Real> WallRow<T> {
-    /// From the wall of every cell; `None` if all are fluid.
-    fn new(walls: &[u16]) -> Option<Self> {
-        let (mut x, mut cells, mut dead, mut mixed) = (0, Vec::new(), Vec::new(), Vec::new());
-        for same in walls.chunk_by(PartialEq::eq) {
-            if same[0] != NO_WALL {
-                cells.push((x..x + same.len(), same[0]));
-            }
-            x += same.len();
-        }
-        for (chunk, walls) in walls.chunks(CHUNK).enumerate() {
-            let fluid = walls.iter().filter(|&&wall| wall == NO_WALL).count();
-            dead.push(fluid == 0);
-            if fluid > 0 && fluid < walls.len() {
-                let is_wall = |k: usize| walls.get(k).is_some_and(|&wall| wall != NO_WALL);
-                let mask = std::array::from_fn(|k| if is_wall(k) { T::ZERO } else { T::ONE });
-                mixed.push((chunk, mask));
-            }
-        }
-        (!cells.is_empty()).then_some(Self { cells, dead, mixed })
-    }
-
-    /// Calls `visit` for all stretches of wall cells.
-    #[inline(always)]
-    pub(crate) fn each(&self, mut visit: impl FnMut(Range<usize>)) {
-        for (cells, _) in &self.cells {
-            visit(cells.clone());
-        }
-    }
-
-    /// Empties the wall cells, whose populations lie at `slots` (of the first cell of the row).
-    #[inline(never)]
-    pub(crate) fn clear<S: Population<Number = T>>(&self, slots: &[usize; Q], populations: &mut [S]) {
-        for (chunk, mask) in &self.mixed {
-            for slot in slots {
-                let cells = &mut populations[slot + chunk * CHUNK..][..CHUNK];
-                for k in 0..CHUNK {
-                    cells[k] = cells[k].masked(mask[k]);
-                }
-            }
-        }
     }
 }
 

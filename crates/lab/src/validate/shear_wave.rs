@@ -29,7 +29,7 @@ pub(super) fn fluid(setup: &Setup) -> Result<AnyFluid> {
         collision: fluid.collision,
         simd: setup.plan.simd.unwrap_or_else(Simd::best),
     };
-    let open = Boundary { motions: &[], wall_of: &|_| None };
+    let open = Boundary::none();
     AnyFluid::new(setup.plan.precision, &Decomposition::solo(setup.domain), &Comm::Solo, &params, &open)
 }
 

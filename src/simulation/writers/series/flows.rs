@@ -13,7 +13,7 @@
 use super::Samples;
 use crate::case::Setup;
 use crate::math::Vec3;
-use crate::output::series::{DRAG, LOADS, WALL_COLUMNS};
+use crate::output::series::{DRAG, LOADS, PLANE_COLUMNS};
 use crate::output::{Estimate, SeriesRow, Summary, estimate_mean, estimate_ratio};
 use crate::particle::PrescribedMotion;
 use crate::wall::{Surface, Wall};
@@ -58,7 +58,7 @@ impl Plates {
     /// the engine does not tell its contacts.
     pub(super) fn relative_viscosity(&self, row: &SeriesRow) -> Option<f64> {
         // Of the vectors of each plate the stress is the last one.
-        let stress = |wall: usize| row.walls[WALL_COLUMNS.len() * (wall + 1) - 1].map(Vec3::from);
+        let stress = |wall: usize| row.walls[PLANE_COLUMNS * (wall + 1) - 1].map(Vec3::from);
         Some(0.5 * (stress(0)? - stress(1)?).dot(&self.along) / self.plain)
     }
 

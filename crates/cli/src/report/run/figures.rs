@@ -44,8 +44,9 @@ const GROUPS: [(&str, &str, &str, Endings); 11] = [
 const LOGARITHMIC: &str = "kinetic_energy";
 
 /// Vectors of each wall and of each kind of bodies with prescribed motion: the beginning of the names of their columns, and a title.
-const OF_BODIES: [(&str, &str); 7] = [
+const OF_BODIES: [(&str, &str); 8] = [
     ("fluid_force", "Force of the fluid on wall"),
+    ("fluid_torque", "Torque of the fluid on wall"),
     ("shear_stress", "Shear stress on wall"),
     ("hydrodynamic_force", "Force of the fluid on"),
     ("hydrodynamic_torque", "Torque of the fluid on"),

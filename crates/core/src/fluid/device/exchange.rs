@@ -8,7 +8,7 @@ use crate::fluid::dispatch::WrapX;
 use crate::fluid::halo::{FluidHalo, Pattern};
 use crate::fluid::layout::AaPhase;
 use crate::fluid::population::Population;
-use crate::fluid::walls::{LinkList, LinkRule};
+use crate::fluid::walls::{CellList, LinkList, LinkRule};
 
 /// Name of the lists in messages.
 const LINKS: &str = "the links of a block";
@@ -35,6 +35,36 @@ impl Copies {
         }
         let (to, from, count) = (filled(queue, to, LINKS)?, filled(queue, from, LINKS)?, to.len());
         Ok(Some(Self { to, from, count, rule, numbers: filled(queue, numbers, "the motion of walls")? }))
+    }
+}
+
+/// Interpolated links of some cells.
+pub(super) struct Interpolated {
+    cells: Array,
+    first: Array,
+    directions: Array,
+    numbers: Array,
+    count: usize,
+    /// Bytes that each cell moves.
+    bytes: usize,
+}
+
+impl Interpolated {
+    /// None without cells.
+    fn new<S: Population>(queue: &Queue, list: &CellList<S::Number>) -> Result<Option<Self>> {
+        let (count, links) = (list.cells.len(), list.directions.len());
+        if count == 0 {
+            return Ok(None);
+        }
+        let of_link = 4 * size_of::<S>() + 4 + 3 * size_of::<S::Number>();
+        Ok(Some(Self {
+            cells: filled(queue, &list.cells, LINKS)?,
+            first: filled(queue, &list.first, LINKS)?,
+            directions: filled(queue, &list.directions, LINKS)?,
+            numbers: filled(queue, &list.numbers, LINKS)?,
+            count,
+            bytes: 12 + 2 * size_of::<S>() + links.div_ceil(count) * of_link,
+        }))
     }
 }
 
@@ -71,12 +101,15 @@ pub(super) struct Exchange<S> {
     pub(super) swept: [Vec<Copies>; 2],
     own: [Vec<Copies>; 2],
     late: [Vec<Copies>; 2],
+    /// After the sweep, and after the halo exchange, in both phases.
+    pub(super) interpolated: [Option<Interpolated>; 2],
     crossing: [Crossing<S>; 2],
 }
 
 impl<S: Population> Exchange<S> {
     pub(super) fn new(queue: &Queue, fluid: &Fluid<S>) -> Result<Self> {
         let [early, late] = fluid.walls.links(&fluid.layout);
+        let [cells, late_cells] = fluid.walls.cells();
         let of_links = |lists: &[LinkList<S::Number>], entered: AaPhase| -> Result<Vec<Copies>> {
             let copies = lists.iter().map(|list| {
                 // What enters the phase `Odd` goes to the wall.
@@ -104,6 +137,10 @@ impl<S: Population> Exchange<S> {
             swept: [swept(AaPhase::Even)?, swept(AaPhase::Odd)?],
             own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
             late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
+            interpolated: [
+                Interpolated::new::<S>(queue, &cells)?,
+                Interpolated::new::<S>(queue, &late_cells)?,
+            ],
             crossing: [Crossing::new(queue, &fluid.halo.early)?, Crossing::new(queue, &fluid.halo.late)?],
         })
     }
@@ -111,8 +148,16 @@ impl<S: Population> Exchange<S> {
 
 impl<S: Population> DeviceSweep<S> {
     /// Takes the numbers of all links within the block, and of those that wait, from walls that vary their motion.
-    pub(in crate::fluid) fn move_walls(&mut self, [early, late]: [Vec<LinkList<S::Number>>; 2]) {
-        let Exchange { swept, late: waiting, .. } = &mut self.exchange;
+    pub(in crate::fluid) fn move_walls(
+        &mut self,
+        [early, late]: [Vec<LinkList<S::Number>>; 2],
+        cells: &[CellList<S::Number>; 2],
+    ) {
+        let Exchange { swept, late: waiting, interpolated, .. } = &mut self.exchange;
+        for (list, links) in cells.iter().zip(interpolated) {
+            let done = links.as_mut().map(|links| self.queue.write(&mut links.numbers, &list.numbers));
+            self.failed.note(done.unwrap_or(Ok(())));
+        }
         let all = swept
             .iter_mut()
             .map(|copies| (&early, copies))
@@ -178,6 +223,8 @@ impl<S: Population> DeviceSweep<S> {
             }
         }
         failed = failed.and_then(|()| self.copy(&self.exchange.late[at], array));
+        let late = self.exchange.interpolated[1].as_ref();
+        failed = failed.and_then(|()| self.interpolate(late, entered, array));
         self.failed.note(failed);
     }
 
@@ -198,5 +245,29 @@ impl<S: Population> DeviceSweep<S> {
             }
         }
         Ok(())
+    }
+
+    /// Applies interpolated links on entering a phase.
+    pub(super) fn interpolate(
+        &self,
+        links: Option<&Interpolated>,
+        entered: AaPhase,
+        populations: &Array,
+    ) -> Done {
+        let Some(links) = links else { return Ok(()) };
+        let arguments = [
+            Argument::Array(populations),
+            Argument::Longs(self.slots[entered as usize]),
+            Argument::Longs(self.slots[entered.next() as usize]),
+            Argument::Array(&links.cells),
+            Argument::Array(&links.first),
+            Argument::Array(&links.directions),
+            Argument::Long(links.count as u64),
+            Argument::Array(&links.numbers),
+        ];
+        // SAFETY: the arguments of the kernel; all slots are within the populations, and a cell writes none that another one reads.
+        unsafe {
+            self.queue.launch_over(&self.kernels.interpolate_links, &arguments, links.count, links.bytes)
+        }
     }
 }

@@ -827,6 +827,26 @@ __kernel void copy_links(__global Stored* g, __global const ulong* to, __global 
     WRITE(g, to[k], population);
 }
 
+// Interpolated links of cells beside walls, of which `first` is the first link: one number, and three for each link. `now`: distances from a
+// cell to `f_i` after streaming; `before`: to the `f'_-i` in the same cell.
+__kernel void interpolate_links(__global Stored* g, const Slots now, const Slots before, __global const ulong* cells,
+                                __global const uint* first, __global const uint* directions, const ulong count,
+                                __global const REAL* numbers) {
+    size_t k = get_global_id(0);
+    if (k >= count) return;
+    __global const REAL* n = numbers + k + 3 * (size_t)first[k];
+    REAL gained = n[0];
+    for (uint l = first[k]; l < first[k + 1]; l++, n += 3) {
+        uint i = directions[l], j = i + 2 * (i % 2) - 1;
+        REAL sent = UNSCALED(READ(g, cells[k] + before.of[i])), left = UNSCALED(READ(g, cells[k] + before.of[j]));
+        REAL arrived = UNSCALED(READ(g, cells[k] + now.of[j]));
+        REAL change = n[1] * (arrived - left) + n[2] * (left - sent);
+        gained = gained + change;
+        WRITE(g, cells[k] + now.of[i], SCALED(sent + (change + n[3])));
+    }
+    WRITE(g, cells[k], SCALED(UNSCALED(READ(g, cells[k])) - gained));
+}
+
 // Populations that cross to other blocks, into a message and out of it.
 __kernel void pack(__global const Stored* g, __global const ulong* from, const ulong count, __global Stored* message) {
     size_t k = get_global_id(0);

@@ -1,15 +1,18 @@
 //! Finding the links of a block to its walls.
 
-use super::{Boundary, LinkRule, NO_WALL, RowEnds, Run, WallRow, Walls};
+use super::interpolated::{Cell, Link};
+use super::{Boundary, LinkRule, NO_WALL, PartOfLink, RowEnds, Run, WallRow, Walls};
 use crate::domain::{Block, Domain};
 use crate::error::Result;
 use crate::fluid::layout::Layout;
 use crate::fluid::{Population, Real};
-use crate::lattice::{C, Q};
+use crate::lattice::{C, Q, opposite};
 use crate::memory;
+use std::collections::BTreeMap;
 
 /// The wall of every cell of a block and its ghosts.
 pub(super) struct Map {
+    domain: Domain,
     size: [usize; 3],
     lo: [usize; 3],
     walls: Vec<u16>,
@@ -42,7 +45,7 @@ impl Map {
             }
         }
         let lo = block.lo;
-        Ok(Self { size, lo, walls })
+        Ok(Self { domain: *domain, size, lo, walls })
     }
 
     /// The wall of a cell of the block or a ghost.
@@ -54,6 +57,21 @@ impl Map {
     /// The position in the box of a cell of the block.
     fn in_box(&self, cell: [isize; 3]) -> [isize; 3] {
         std::array::from_fn(|a| cell[a] + self.lo[a] as isize)
+    }
+
+    /// A link to a wall that it meets elsewhere than half-way. Not where the next cell on the other side is wall, too: there is
+    /// nothing to interpolate with.
+    fn interpolated(&self, part_of: PartOfLink, [x, y, z]: [isize; 3], i: usize) -> Option<Link> {
+        let [cx, cy, cz] = C[i];
+        let (wall, cell) = (self.at(x - cx, y - cy, z - cz), self.in_box([x, y, z]));
+        let beyond = |a: usize| {
+            !self.domain.is_periodic(a) && !(0..self.domain.cells[a] as isize).contains(&(cell[a] - C[i][a]))
+        };
+        if (0..3).any(beyond) || self.at(x + cx, y + cy, z + cz) != NO_WALL {
+            return None;
+        }
+        let part = part_of(wall.into(), cell.map(|c| c as i64), C[opposite(i)]);
+        Link::is_needed(part).then_some(Link { direction: i, wall, part })
     }
 }
 
@@ -93,10 +111,11 @@ impl<S: Population> Walls<S> {
     }
 
     /// All other links.
-    pub(super) fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2]) {
+    pub(super) fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2], part_of: PartOfLink) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
         self.early.resize_with((ny * nz) as usize, Vec::new);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+            let mut interpolated = BTreeMap::<isize, Vec<Link>>::new();
             for i in 1..Q {
                 let [cx, cy, cz] = C[i];
                 let other = self.order.row(y - cy, z - cz);
@@ -113,7 +132,11 @@ impl<S: Population> Walls<S> {
                     let is_link = wall != NO_WALL && map.at(x, y, z) == NO_WALL;
                     is_link.then_some((x, wall, other.is_none() || !(0..nx).contains(&(x - cx))))
                 };
-                let links: Vec<_> = (first..end).filter_map(link).collect();
+                let mut links: Vec<_> = (first..end).filter_map(link).collect();
+                links.retain(|&(x, ..)| {
+                    let link = map.interpolated(part_of, [x, y, z], i);
+                    link.inspect(|link| interpolated.entry(x).or_default().push(*link)).is_none()
+                });
                 for links in links.chunk_by(|a, b| a.0 + 1 == b.0 && (a.1, a.2) == (b.1, b.2)) {
                     let (x, wall, late) = links[0];
                     let motion = self.motions[usize::from(wall)];
@@ -134,11 +157,31 @@ impl<S: Population> Walls<S> {
                     if late { &mut self.late } else { &mut self.early[completed] }.push(run);
                 }
             }
+            let cell = |(x, links): (isize, Vec<Link>)| Cell {
+                slot: layout.cell(x, y, z),
+                completed: self.completed([x, y, z], &links),
+                links,
+            };
+            let cells: Vec<_> = interpolated.into_iter().map(cell).collect();
+            self.interpolated.add(&cells);
         }
         assert!(u32::try_from(self.numbers.len()).is_ok());
         if self.early.iter().all(Vec::is_empty) {
             self.early.clear();
         }
+    }
+
+    /// The last row that is swept before links of a cell can be interpolated: of itself and its neighbours on both sides. None if one of
+    /// them is beyond the block.
+    fn completed(&self, [x, y, z]: [isize; 3], links: &[Link]) -> Option<usize> {
+        let (nx, mut last) = (self.size[0] as isize, [y as usize, z as usize]);
+        for link in links {
+            for [cx, cy, cz] in [C[link.direction], C[opposite(link.direction)]] {
+                let row = self.order.row(y + cy, z + cz).filter(|_| (0..nx).contains(&(x + cx)))?;
+                last = if self.order.is_before(last, row) { row } else { last };
+            }
+        }
+        Some(last[1] * self.size[1] + last[0])
     }
 
     /// Wall cells of the block.
