@@ -20,6 +20,7 @@ mod reference;
 mod restitution;
 mod rising_sphere;
 mod rolling;
+mod round_walls;
 mod settling_tank;
 mod shear;
 mod shear_viscosity;
@@ -55,6 +56,7 @@ pub const CASES: &[Case] = &[
     shear_wave::CASE,
     taylor_green::CASE,
     channel::CASE,
+    round_walls::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
     net_flux::CASE,
