@@ -7,6 +7,7 @@ use super::measure::measure_block;
 use super::population::{F16, Population, PopulationLanes};
 use super::simd::{Lanes, Single, Tally};
 use super::solid::{CHUNK, SolidModel, SolidRow};
+use super::walls::Walls;
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
@@ -40,11 +41,12 @@ pub struct Sweep<'a, 'b, S: Population, M> {
     pub(super) flow: Option<&'a mut Flow>,
 }
 
-/// [`BlockSolids::fill`] and [`BlockSolids::collect`], compiled for an instruction set and apart from the sweep, so that
-/// they do not compete for registers.
-type RowFunctions<'a, T, M> = (
+/// [`BlockSolids::fill`], [`BlockSolids::collect`] and [`Walls::bounce_row`], compiled for an instruction set and apart from the
+/// sweep, so that they do not compete for registers.
+type RowFunctions<'a, S, T, M> = (
     unsafe fn(&BlockSolids<'a, M>, usize, &mut SolidRow<T>),
     unsafe fn(&mut BlockSolids<'a, M>, usize, &SolidRow<T>),
+    unsafe fn(&Walls<S>, AaPhase, &mut [S], [usize; 2]),
 );
 
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
@@ -62,7 +64,7 @@ unsafe fn sweep_block<
     const WALLS: bool,
 >(
     sweep: Sweep<'_, 'b, S, M>,
-    (fill, collect): RowFunctions<'b, S::Number, M>,
+    (fill, collect, bounce): RowFunctions<'b, S, S::Number, M>,
 ) {
     let Sweep { fluid, first, acceleration, solids, mut flow } = sweep;
     let [nx, ny, nz] = fluid.layout.size;
@@ -120,7 +122,8 @@ unsafe fn sweep_block<
             }
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
-                fluid.walls.bounce_row(entered, populations, [y, z], false);
+                // SAFETY: promised by the caller.
+                unsafe { bounce(&fluid.walls, entered, populations, [y, z]) };
             }
             if fluid.wrap_x {
                 wrap.row(populations, cell, [y as isize, z as isize]);
@@ -241,7 +244,7 @@ impl WrapX {
 }
 
 macro_rules! compiled_for {
-    ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident] $(, $feature:literal)?) => {
+    ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident, $bounce:ident] $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
         fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, data: &mut SolidRow<$t>) {
@@ -254,9 +257,14 @@ macro_rules! compiled_for {
             unsafe { solids.collect::<$t, $registers>(row, data) };
         }
         $(#[target_feature(enable = $feature)])?
+        #[inline(never)]
+        fn $bounce(walls: &Walls<$s>, entered: AaPhase, populations: &mut [$s], row: [usize; 2]) {
+            walls.bounce_row(entered, populations, row, false);
+        }
+        $(#[target_feature(enable = $feature)])?
         fn $sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<$s, M>) {
-            // SAFETY: `$lanes` and the two functions need the same instructions as this one.
-            unsafe { sweep_block::<$s, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>)) };
+            // SAFETY: `$lanes` and the three functions need the same instructions as this one.
+            unsafe { sweep_block::<$s, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce)) };
         }
     };
     ($s:ty, $lanes:ty, $measure:ident $(, $feature:literal)?) => {
@@ -333,13 +341,34 @@ macro_rules! population {
             }
 
             fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>) {
-                compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar]);
+                compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar, bounce_scalar]);
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
-                    compiled_for!($s, $t, $sse2, Narrow, [sse2, fill_sse2, collect_sse2], "fma,f16c");
-                    compiled_for!($s, $t, $avx2, Wide, [avx2, fill_avx2, collect_avx2], "avx2,fma,f16c");
-                    compiled_for!($s, $t, $avx512, Wide, [avx512, fill_avx512, collect_avx512], "avx512f");
+                    compiled_for!(
+                        $s,
+                        $t,
+                        $sse2,
+                        Narrow,
+                        [sse2, fill_sse2, collect_sse2, bounce_sse2],
+                        "fma,f16c"
+                    );
+                    compiled_for!(
+                        $s,
+                        $t,
+                        $avx2,
+                        Wide,
+                        [avx2, fill_avx2, collect_avx2, bounce_avx2],
+                        "avx2,fma,f16c"
+                    );
+                    compiled_for!(
+                        $s,
+                        $t,
+                        $avx512,
+                        Wide,
+                        [avx512, fill_avx512, collect_avx512, bounce_avx512],
+                        "avx512f"
+                    );
                     call!(
                         sweep.fluid.params.simd,
                         [

@@ -222,7 +222,7 @@ impl<S: Population> Walls<S> {
 
     /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed; `again` if
     /// populations are those of a saved state.
-    #[inline(never)]
+    #[inline(always)]
     pub(crate) fn bounce_row(
         &self,
         entered: AaPhase,

@@ -1,6 +1,6 @@
 //! Finding the links of a block to its walls.
 
-use super::interpolated::{Cell, Link};
+use super::interpolated::{Cell, Link, Shapes};
 use super::{Boundary, LinkRule, NO_WALL, PartOfLink, RowEnds, Run, WallRow, Walls};
 use crate::domain::{Block, Domain};
 use crate::error::Result;
@@ -114,6 +114,7 @@ impl<S: Population> Walls<S> {
     pub(super) fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2], part_of: PartOfLink) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
         self.early.resize_with((ny * nz) as usize, Vec::new);
+        let mut shapes = Shapes::new();
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             let mut interpolated = BTreeMap::<isize, Vec<Link>>::new();
             for i in 1..Q {
@@ -163,7 +164,7 @@ impl<S: Population> Walls<S> {
                 links,
             };
             let cells: Vec<_> = interpolated.into_iter().map(cell).collect();
-            self.interpolated.add(&cells);
+            self.interpolated.add(&cells, &self.motions, &mut shapes);
         }
         assert!(u32::try_from(self.numbers.len()).is_ok());
         if self.early.iter().all(Vec::is_empty) {

@@ -7,14 +7,14 @@
 //! f_i(x) = f'_-i + B (f_-i - f'_i) + H (f'_i - f'_-i) + M
 //! f_0(x) = f_0 - sum (B (f_-i - f'_i) + H (f'_i - f'_-i) + M - 6 w_i c_i . u_w)
 //! s = 2 / (1 + 2 q + 2 g),    B = 1 - 2 q s,    H = 2 g s,    M = 6 s w_i c_i . u_w
-//! g = max(0, 3/4 q^2 - magic) / (tau - 1/2),    magic = (tau - 1/2) (tau_odd - 1/2)
+//! g = max(0, 3/2 q^2 - 3/4 q + 1/8 - magic) / (tau - 1/2),    magic = (tau - 1/2) (tau_odd - 1/2)
 //! ```
 //!
-//! `g = 0` is the central linear interpolation CLI, and with `q = 1/2` half-way bounce-back. `g` puts walls of channels along the lattice
-//! exactly there and damps what alternates from step to step. The second line keeps the mass of the cell. Derivation:
+//! `g = 0` is the central linear interpolation CLI, and with `q = 1/2` half-way bounce-back. `g` makes the flow through channels along the
+//! lattice exact and damps what alternates from step to step. The second line keeps the mass of the cell. Derivation:
 //! `docs/theory/fluid.md`.
 //!
-//! References: Ginzburg, Verhaeghe, d'Humieres (2008), Commun. Comput. Phys. 3, 427 (CLI, `q^2` from magic); Marson, Thorimbert, Chopard,
+//! References: Ginzburg, Verhaeghe, d'Humieres (2008), Commun. Comput. Phys. 3, 427 (CLI); Marson, Thorimbert, Chopard,
 //! Ginzburg, Latt (2021), doi:10.1103/PhysRevE.103.053308 (families of such rules).
 
 use super::WallMotion;
@@ -23,6 +23,7 @@ use crate::fluid::layout::{AaPhase, Layout};
 use crate::fluid::population::Population;
 use crate::fluid::solid::CHUNK;
 use crate::lattice::{Q, opposite};
+use std::collections::HashMap;
 
 /// Relative difference from 1/2 below which a link is half-way.
 const TOLERANCE: f64 = 1e-9;
@@ -42,9 +43,9 @@ impl Link {
     }
 
     /// `B` and `H`; `s = 1 + B - H`.
-    fn numbers(&self, [even, odd]: [f64; 2]) -> [f64; 2] {
+    fn weights(&self, [even, odd]: [f64; 2]) -> [f64; 2] {
         let (q, above_half) = (self.part, even - 0.5);
-        let g = (0.75 * q * q / above_half - (odd - 0.5)).max(0.0);
+        let g = ((1.5 * q * q - 0.75 * q + 0.125) / above_half - (odd - 0.5)).max(0.0);
         let s = 2.0 / (1.0 + 2.0 * q + 2.0 * g);
         [1.0 - 2.0 * q * s, 2.0 * g * s]
     }
@@ -59,29 +60,41 @@ pub(super) struct Cell {
 }
 
 impl Cell {
-    /// True if another one follows along x, with links that are applied together with these.
-    fn continues(&self, next: &Self) -> bool {
-        let ways =
-            |cell: &Self| cell.links.iter().map(|link| (link.direction, link.wall)).collect::<Vec<_>>();
-        self.slot + 1 == next.slot && self.completed == next.completed && ways(self) == ways(next)
+    /// Directions and walls.
+    fn ways(&self) -> impl Iterator<Item = (u8, u16)> {
+        self.links.iter().map(|link| (link.direction as u8, link.wall))
     }
 
-    /// Consecutive cells along x with links in the same directions to the same walls, at most [`CHUNK`].
-    fn stretches(row: &[Self]) -> impl Iterator<Item = &[Self]> {
-        row.chunk_by(Self::continues).flat_map(|cells| cells.chunks(CHUNK))
+    /// True if another one follows along x, with links that are applied together with these.
+    fn continues(&self, next: &Self) -> bool {
+        self.slot + 1 == next.slot && self.completed == next.completed && self.ways().eq(next.ways())
     }
 }
 
-/// Cells that are done together.
+/// Consecutive cells along x with links in the same directions to the same walls, which are done together.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     /// Slot of the first one.
     cell: usize,
+    /// One of [`COUNTS`].
     count: u32,
-    /// Their links, and the first of their numbers.
-    links: [u32; 2],
-    numbers: u32,
+    shape: Shape,
+    /// First number of its walls that move, if one does: of a cell `sum (M - 6 w_i c_i . u_w)`, then `M` of each link.
+    pushed: Option<u32>,
 }
+
+/// What stretches may have in common: their links, and the first of the weights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Shape {
+    links: [u32; 2],
+    weights: u32,
+}
+
+/// The shapes so far, by links and parts of ways.
+pub(super) type Shapes = HashMap<(Vec<(u8, u16)>, Vec<u64>), Shape>;
+
+/// Cells of a stretch; the loops over them are compiled for each.
+const COUNTS: [usize; 3] = [CHUNK, 4, 1];
 
 /// All interpolated links of a block.
 pub(super) struct Interpolated<T> {
@@ -90,8 +103,9 @@ pub(super) struct Interpolated<T> {
     late: Vec<Stretch>,
     /// Direction and wall.
     links: Vec<(u8, u16)>,
-    /// Of a stretch: `sum (M - 6 w_i c_i . u_w)` by cell; then `B`, `H`, `M` of each link, each by cell.
-    numbers: Vec<T>,
+    /// Of a stretch `B` and `H` of each link, each by cell.
+    weights: Vec<T>,
+    pushed: Vec<T>,
     /// Distances from a cell to its `f_i` after streaming, by phase.
     slots: [[usize; Q]; 2],
     relaxation_times: [f64; 2],
@@ -113,39 +127,63 @@ impl<T: Real> Interpolated<T> {
     /// None yet; with the relaxation times of the even and the odd part.
     pub(super) fn new(layout: &Layout, relaxation_times: [f64; 2]) -> Self {
         let slots = [AaPhase::Even, AaPhase::Odd].map(|phase| layout.slots_from(phase));
-        let (early, late, links, numbers) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        Self { early, late, links, numbers, slots, relaxation_times }
+        let (early, late, links) = (Vec::new(), Vec::new(), Vec::new());
+        Self { early, late, links, weights: Vec::new(), pushed: Vec::new(), slots, relaxation_times }
     }
 
-    /// Adds cells of a row in ascending order, beside walls at rest.
-    pub(super) fn add(&mut self, row: &[Cell]) {
-        for cells in Cell::stretches(row) {
-            let first = &cells[0];
-            let begin = self.links.len() as u32;
-            let stretch = Stretch {
-                cell: first.slot,
-                count: cells.len() as u32,
-                links: [begin, begin + first.links.len() as u32],
-                numbers: u32::try_from(self.numbers.len()).expect("links of one block"),
-            };
-            self.links.extend(first.links.iter().map(|link| (link.direction as u8, link.wall)));
-            let still = || cells.iter().map(|_| T::ZERO);
-            self.numbers.extend(still());
-            for n in 0..first.links.len() {
-                for k in 0..2 {
-                    let number = |cell: &Cell| T::from_f64(cell.links[n].numbers(self.relaxation_times)[k]);
-                    self.numbers.extend(cells.iter().map(number));
+    /// Adds cells of a row in ascending order, beside walls whose motions follow.
+    pub(super) fn add(&mut self, row: &[Cell], motions: &[WallMotion], shapes: &mut Shapes) {
+        for mut cells in row.chunk_by(Cell::continues) {
+            while let Some(first) = cells.first() {
+                let count = COUNTS.into_iter().find(|&count| count <= cells.len()).expect("1 is one of them");
+                let (these, rest) = cells.split_at(count);
+                let pushed = self.pushed.len() as u32;
+                let moves = first.ways().any(|(_, wall)| motions[usize::from(wall)].moves());
+                if moves {
+                    self.pushed.resize(self.pushed.len() + (1 + first.links.len()) * count, T::ZERO);
                 }
-                self.numbers.extend(still());
-            }
-            match first.completed {
-                Some(row) => {
-                    self.early.resize_with(self.early.len().max(row + 1), Vec::new);
-                    self.early[row].push(stretch);
+                let stretch = Stretch {
+                    cell: first.slot,
+                    count: count as u32,
+                    shape: self.shape(these, shapes),
+                    pushed: moves.then_some(pushed),
+                };
+                match first.completed {
+                    Some(row) => {
+                        self.early.resize_with(self.early.len().max(row + 1), Vec::new);
+                        self.early[row].push(stretch);
+                    }
+                    None => self.late.push(stretch),
                 }
-                None => self.late.push(stretch),
+                cells = rest;
             }
         }
+        assert!(u32::try_from(self.pushed.len().max(self.weights.len())).is_ok(), "links of one block");
+    }
+
+    /// The shape of the cells of a stretch, which others may have, too.
+    fn shape(&mut self, cells: &[Cell], shapes: &mut Shapes) -> Shape {
+        let of_links = |n: usize| cells.iter().map(move |cell| &cell.links[n]);
+        let all = || (0..cells[0].links.len()).flat_map(of_links);
+        let key = (cells[0].ways().collect(), all().map(|link| link.part.to_bits()).collect());
+        *shapes.entry(key).or_insert_with(|| {
+            let [links, weights] = [self.links.len(), self.weights.len()].map(|n| n as u32);
+            self.links.extend(cells[0].ways());
+            for n in 0..cells[0].links.len() {
+                for k in 0..2 {
+                    let weight = |link: &Link| T::from_f64(link.weights(self.relaxation_times)[k]);
+                    self.weights.extend(of_links(n).map(weight));
+                }
+            }
+            Shape { links: [links, self.links.len() as u32], weights }
+        })
+    }
+
+    /// Links of a stretch.
+    #[inline(always)]
+    fn links(&self, stretch: &Stretch) -> &[(u8, u16)] {
+        let [first, end] = stretch.shape.links.map(|n| n as usize);
+        &self.links[first..end]
     }
 
     /// Gives walls of which this is true their motion in the coming step; the block has its corner at `lo`.
@@ -156,28 +194,33 @@ impl<T: Real> Interpolated<T> {
         motions: &[WallMotion],
         which: impl Fn(&WallMotion) -> bool,
     ) {
-        for &Stretch { cell, count, links, numbers } in self.early.iter().flatten().chain(&self.late) {
-            let links = &self.links[links[0] as usize..links[1] as usize];
+        let mut pushed = std::mem::take(&mut self.pushed);
+        for stretch in self.early.iter().flatten().chain(&self.late) {
+            let (links, Some(first)) = (self.links(stretch), stretch.pushed) else { continue };
             if !links.iter().any(|&(_, wall)| which(&motions[usize::from(wall)])) {
                 continue;
             }
-            let (at, n) = (layout.coordinates(cell), count as usize);
+            let (at, n) = (layout.coordinates(stretch.cell), stretch.count as usize);
             let [x, y, z] = std::array::from_fn(|a| (lo[a] + at[a]) as isize);
-            let (masses, numbers) = self.numbers[numbers as usize..].split_at_mut(n);
+            let (masses, numbers) = pushed[first as usize..].split_at_mut(n);
             masses.fill(T::ZERO);
-            for (&(i, wall), numbers) in links.iter().zip(numbers.chunks_exact_mut(3 * n)) {
+            let weights = self.weights[stretch.shape.weights as usize..].chunks_exact(2 * n);
+            for ((&(i, wall), numbers), weights) in links.iter().zip(numbers.chunks_exact_mut(n)).zip(weights)
+            {
                 for k in 0..n {
-                    let pushed = motions[usize::from(wall)].correction::<T>([x + k as isize, y, z], i.into());
-                    let more = (numbers[k] - numbers[n + k]) * pushed;
-                    numbers[2 * n + k] = pushed + more;
+                    let push = motions[usize::from(wall)].correction::<T>([x + k as isize, y, z], i.into());
+                    let more = (weights[k] - weights[n + k]) * push;
+                    numbers[k] = push + more;
                     masses[k] = masses[k] + more;
                 }
             }
         }
+        self.pushed = pushed;
     }
 
     /// Applies the links that the sweep of a row has completed, or those that wait for the halo exchange; `again` if they have
     /// been applied to this step before, as in the state that is saved: then the mass is right already.
+    #[inline(always)]
     pub(super) fn apply<S: Population<Number = T>>(
         &self,
         row: Option<usize>,
@@ -187,42 +230,56 @@ impl<T: Real> Interpolated<T> {
     ) {
         let stretches = row.map_or(Some(&self.late), |row| self.early.get(row));
         for stretch in stretches.into_iter().flatten() {
-            self.apply_to(stretch, entered, populations, again);
+            match stretch.count as usize {
+                CHUNK => self.apply_to::<S, CHUNK>(stretch, entered, populations, again),
+                4 => self.apply_to::<S, 4>(stretch, entered, populations, again),
+                _ => self.apply_to::<S, 1>(stretch, entered, populations, again),
+            }
         }
     }
 
-    fn apply_to<S: Population<Number = T>>(
+    #[inline(always)]
+    fn apply_to<S: Population<Number = T>, const N: usize>(
         &self,
-        &Stretch { cell, count, links, numbers }: &Stretch,
+        stretch: &Stretch,
         entered: AaPhase,
         populations: &mut [S],
         again: bool,
     ) {
-        let ([now, before], n) = (self.phases(entered), count as usize);
-        let (masses, mut numbers) = self.numbers[numbers as usize..].split_at(n);
-        let mut gained = [T::ZERO; CHUNK];
-        gained[..n].copy_from_slice(masses);
-        for &(direction, _) in &self.links[links[0] as usize..links[1] as usize] {
+        let ([now, before], cell) = (self.phases(entered), stretch.cell);
+        let numbers =
+            |from: &[T], n: usize| -> [T; N] { *from[n * N..].first_chunk().expect("of each cell") };
+        let read = |populations: &[S], slot: usize| -> [T; N] {
+            let from: &[S; N] = populations[slot..].first_chunk().expect("cells of a row");
+            std::array::from_fn(|k| from[k].read())
+        };
+        let weights = &self.weights[stretch.shape.weights as usize..];
+        let pushed = stretch.pushed.map(|first| &self.pushed[first as usize..]);
+        let mut gained = pushed.map_or([T::ZERO; N], |pushed| numbers(pushed, 0));
+        for (n, &(direction, _)) in self.links(stretch).iter().enumerate() {
             let (i, j) = (usize::from(direction), opposite(usize::from(direction)));
-            let [to, arrived] = [now[i], now[j]].map(|slot| cell.wrapping_add(slot));
-            let [sent, left] = [before[i], before[j]].map(|slot| cell.wrapping_add(slot));
-            for k in 0..n {
-                let (sent, left) = (populations[sent + k].read(), populations[left + k].read());
-                let arrived = populations[arrived + k].read();
-                let change = numbers[k] * (arrived - left) + numbers[n + k] * (left - sent);
-                gained[k] = gained[k] + change;
-                populations[to + k] = S::round(sent + (change + numbers[2 * n + k]));
+            let [sent, left, arrived] =
+                [before[i], before[j], now[j]].map(|slot| read(populations, cell.wrapping_add(slot)));
+            let [b, h] = [0, 1].map(|k| numbers(weights, 2 * n + k));
+            let mut change: [T; N] =
+                std::array::from_fn(|k| b[k] * (arrived[k] - left[k]) + h[k] * (left[k] - sent[k]));
+            gained = std::array::from_fn(|k| gained[k] + change[k]);
+            if let Some(pushed) = pushed {
+                let pushed = numbers(pushed, 1 + n);
+                change = std::array::from_fn(|k| change[k] + pushed[k]);
             }
-            numbers = &numbers[3 * n..];
+            let to = populations[cell.wrapping_add(now[i])..].first_chunk_mut::<N>().expect("cells of a row");
+            *to = std::array::from_fn(|k| S::round(sent[k] + change[k]));
         }
         if !again {
-            for (rest, &gained) in populations[cell..cell + n].iter_mut().zip(&gained) {
-                *rest = S::round(rest.read() - gained);
-            }
+            let rest = read(populations, cell);
+            let to = populations[cell..].first_chunk_mut::<N>().expect("cells of a row");
+            *to = std::array::from_fn(|k| S::round(rest[k] - gained[k]));
         }
     }
 
     /// Distances to `f_i` after streaming, and to the `f'_-i` that was before it in the same cell, entering a phase.
+    #[inline(always)]
     fn phases(&self, entered: AaPhase) -> [&[usize; Q]; 2] {
         [&self.slots[entered as usize], &self.slots[entered.next() as usize]]
     }
@@ -238,12 +295,9 @@ impl<T: Real> Interpolated<T> {
     /// Calls `visit` for all links: slots of cell, `near` and `far`, direction, and wall.
     pub(super) fn each(&self, mut visit: impl FnMut(usize, [usize; 2], usize, u16)) {
         for stretch in self.early.iter().flatten().chain(&self.late) {
-            let n = stretch.count as usize;
-            let links = &self.links[stretch.links[0] as usize..stretch.links[1] as usize];
-            for &(direction, wall) in links {
+            for &(direction, wall) in self.links(stretch) {
                 let i = usize::from(direction);
-                for k in 0..n {
-                    let cell = stretch.cell + k;
+                for cell in stretch.cell..stretch.cell + stretch.count as usize {
                     let ends = [0, 1].map(|phase| cell.wrapping_add(self.slots[phase][i]));
                     visit(cell, ends, i, wall);
                 }
@@ -257,13 +311,19 @@ impl<T: Real> Interpolated<T> {
             let mut list =
                 CellList { cells: Vec::new(), first: vec![0], directions: Vec::new(), numbers: Vec::new() };
             for stretch in stretches {
-                let (n, numbers) = (stretch.count as usize, &self.numbers[stretch.numbers as usize..]);
-                let links = &self.links[stretch.links[0] as usize..stretch.links[1] as usize];
+                let (n, links) = (stretch.count as usize, self.links(stretch));
+                let weights = &self.weights[stretch.shape.weights as usize..];
+                let pushed =
+                    |at: usize| stretch.pushed.map_or(T::ZERO, |first| self.pushed[first as usize + at]);
                 for k in 0..n {
                     list.cells.push((stretch.cell + k) as u64);
                     list.directions.extend(links.iter().map(|&(direction, _)| u32::from(direction)));
                     list.first.push(list.directions.len() as u32);
-                    list.numbers.extend((0..=3 * links.len()).map(|number| numbers[number * n + k]));
+                    list.numbers.push(pushed(k));
+                    for l in 0..links.len() {
+                        let [b, h] = [0, 1].map(|number| weights[(2 * l + number) * n + k]);
+                        list.numbers.extend([b, h, pushed((1 + l) * n + k)]);
+                    }
                 }
             }
             list
@@ -281,7 +341,7 @@ mod tests {
         let times = [0.8, 0.5 + 0.1875 / 0.3];
         let link = Link { direction: 1, wall: 0, part: 0.5 };
         assert!(!Link::is_needed(0.5) && Link::is_needed(0.4) && !Link::is_needed(f64::NAN));
-        let [b, h] = link.numbers(times);
+        let [b, h] = link.weights(times);
         assert!(b.abs() < 1e-15 && h.abs() < 1e-15, "{b} {h}");
     }
 }

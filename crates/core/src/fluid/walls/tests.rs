@@ -260,7 +260,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                             // The closure a f'_-i + b f_-i + c f'_i with c = 1 - a - b.
                             let left = collided[index(c)][i];
                             let arrived = collided[index(next.map(|c| c as usize))][opposite(i)];
-                            let g = f64::max(0.0, 0.75 * q * q - magic) / (tau - 0.5);
+                            let g = f64::max(0.0, 1.5 * q * q - 0.75 * q + 0.125 - magic) / (tau - 0.5);
                             let s = 2.0 / (1.0 + 2.0 * q + 2.0 * g);
                             let (a, b) = (1.0 - 2.0 * g * s, 1.0 - 2.0 * q * s);
                             let all = a * out + b * arrived + (1.0 - a - b) * left + s * back;
