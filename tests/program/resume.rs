@@ -77,6 +77,11 @@ viscosity = 2e-6
 cells_per_diameter = 5
 relaxation_time = 0.6
 
+[[walls]]
+name = "rod"
+rod = { point = [0, 1.03e-3, 2.23e-3], axis = [1, 0, 0], diameter = 5e-4 }
+angular_velocity = { oscillation = { amplitude = [20, 0, 0], frequency = 31 } }
+
 [[particles]]
 shape = { sphere = { diameter = 5e-4 } }
 density = 3000.0

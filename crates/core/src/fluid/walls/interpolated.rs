@@ -37,7 +37,7 @@ pub(super) struct Link {
 }
 
 impl Link {
-    /// Whether a wall at `part` of a link is not half-way; a surface that is not on it counts as half-way.
+    /// True of a wall at `part` of a link that is not half-way; a surface that is not on it counts as half-way.
     pub(super) fn is_needed(part: f64) -> bool {
         (0.0..=1.0).contains(&part) && (part - 0.5).abs() > TOLERANCE
     }
@@ -83,7 +83,7 @@ struct Stretch {
     pushed: Option<u32>,
 }
 
-/// What stretches may have in common: their links, and the first of the weights.
+/// Links of a stretch, and the first of their weights; stretches may have the same.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shape {
     links: [u32; 2],
