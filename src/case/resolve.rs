@@ -14,10 +14,11 @@ use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Review;
 use super::schedule::{Known, of_machine, reschedule, title};
-use super::space::{domain, refuse_double_contacts, refuse_what_is_too_large};
+use super::space::{domain, refuse_double_contacts, refuse_shared_cells, refuse_what_is_too_large};
 use super::walls::{free_volume, walls};
 use super::{Provenance, RunPlan, Setup};
 use crate::document::Source;
+use crate::engine::EngineChoice;
 use crate::error::Result;
 use crate::output::surfaces::are_few;
 use crate::wall::Wall;
@@ -138,7 +139,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         .zip(no_particles)
         .map(|(template, none)| if none { 0.0 } else { model.reach(&template.shape) });
     let reaches: Vec<f64> = reaches.collect();
-    refuse_what_is_too_large(document, &kinds, &domain, &reaches)?;
+    refuse_what_is_too_large(document, &kinds, &domain, (&reaches, &engine))?;
     let contact = document.case.contact.enabled.then(|| model.clone());
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
@@ -148,6 +149,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         Medium::Fluid(section, lattice) => {
             let sections = (*section, *lattice);
             let fluid = physics::fluid(document, sections, &kinds, &domain, &walls, gravity)?;
+            refuse_shared_cells(document, (&kinds, &reaches), &domain, fluid.1.coupling)?;
             (fluid.0, Some(fluid.1))
         }
         Medium::Dry(section) => (dry::time_step(section, substeps, templates, &model), None),
@@ -171,8 +173,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     }
     let sections = kinds.of_each(|section, _| section);
     agitate(document, &sections, (&kinds.templates, &motions), &mut particles)?;
-    if contact.is_some() {
-        refuse_double_contacts(document, &domain, (&reaches, &prescribed), (kinds.diameter, &particles))?;
+    if contact.is_some() && engine != EngineChoice::Native {
+        refuse_double_contacts(document, &domain, &reaches, (kinds.diameter, &particles))?;
     }
     let counts: Vec<(usize, usize)> =
         (particles.iter().map(|p| (p.template as usize, 1))).chain(random).collect();

@@ -4,9 +4,13 @@ use super::checks::Document;
 use super::dry;
 use super::file::{LatticeSection, Size};
 use super::kinds::Kinds;
+use crate::coupling::Method;
+use crate::dem::native::MOST_REACH;
 use crate::domain::Domain;
+use crate::engine::EngineChoice;
 use crate::error::Result;
 use crate::particle::Particle;
+use crate::shape::Shape;
 
 /// More cells than any machine of today holds.
 const MAX_CELLS: f64 = 1e12;
@@ -100,21 +104,30 @@ fn whole_cells(domain: &Domain, diameter: f64, length: f64) -> String {
     format!("{metres} m or {diameters} diameters")
 }
 
-/// A body may meet no image of itself, and must fit between walls. `reaches` (m) are those of the templates, grown for contacts; 0 of those
-/// without particles. The remedy has room for [two bodies](refuse_double_contacts) of the largest kind, if they touch each other.
+/// Length (m) that periodic directions must have for a body that reaches `reach` (m) from its centre with contacts, which it has or not:
+/// it may not overlap images of itself, and an engine does not look at all images. An external one looks at the nearest alone.
+fn least_edge(shape: &dyn Shape, reach: Option<f64>, engine: &EngineChoice) -> f64 {
+    let width = 2.0 * shape.circumradius();
+    match (engine, reach) {
+        (EngineChoice::Native, reach) => width.max(2.0 * reach.unwrap_or(0.0) / MOST_REACH),
+        (_, reach) => 2.0 * width.max(2.0 * reach.unwrap_or(0.0)),
+    }
+}
+
+/// A body may not be larger than the box, and must fit between walls. `reaches` (m) are those of the templates, grown for contacts; 0 of
+/// those without particles. For an external engine a body may not be larger than half the box; the remedy then has room for
+/// [two bodies](refuse_double_contacts) of the largest kind, if they touch each other.
 pub(super) fn refuse_what_is_too_large(
     document: &Document,
     kinds: &Kinds,
     domain: &Domain,
-    reaches: &[f64],
+    (reaches, engine): (&[f64], &EngineChoice),
 ) -> Result<()> {
     let used = domain.size();
+    let touching = |reach: f64| document.case.contact.enabled.then_some(reach);
     let widest = (kinds.templates.iter().zip(reaches))
         .filter(|(_, reach)| **reach > 0.0)
-        .map(|(template, reach)| {
-            let touching = if document.case.contact.enabled { *reach } else { 0.0 };
-            4.0 * touching.max(template.shape.circumradius())
-        })
+        .map(|(template, reach)| least_edge(&*template.shape, touching(*reach), engine))
         .fold(0.0, f64::max);
     for (index, kind) in kinds.sections.iter().enumerate() {
         let shape = format!("particles.{index}.shape");
@@ -126,13 +139,21 @@ pub(super) fn refuse_what_is_too_large(
         for template in kind.templates().filter(|template| reaches[*template] > 0.0) {
             let shape = &kinds.templates[template].shape;
             let (width, thickness) = (2.0 * shape.circumradius(), shape.thickness());
+            let native = *engine == EngineChoice::Native;
+            let reach = touching(reaches[template]).filter(|_| native);
+            let least = if native { least_edge(&**shape, reach, engine) } else { 2.0 * width };
             for i in 0..3 {
                 let (edge, axis) = (used[i], ["x", "y", "z"][i]);
-                if domain.is_periodic(i) && width > 0.5 * edge * (1.0 + 1e-9) {
-                    let half = 0.5 * edge;
-                    let title = format!(
-                        "a particle of {width} m is larger than half the box, {half:.6e} m in {axis}"
-                    );
+                if domain.is_periodic(i) && least > edge * (1.0 + 1e-9) {
+                    let title = if native {
+                        format!("a particle of {width} m is too large for the box, {edge:.6e} m in {axis}")
+                    } else {
+                        let half = 0.5 * edge;
+                        format!(
+                            "a particle of {width} m is larger than half the box, {half:.6e} m in {axis}, which the native engine \
+                             alone knows"
+                        )
+                    };
                     let remedy = format!(
                         "make periodic directions at least {} wide{unit}",
                         whole_cells(domain, kinds.diameter, widest)
@@ -150,6 +171,35 @@ pub(super) fn refuse_what_is_too_large(
         }
     }
     Ok(())
+}
+
+/// Refuses homogenised cells that two images of one body could share, each of which would receive all of their momentum.
+pub(super) fn refuse_shared_cells(
+    document: &Document,
+    (kinds, reaches): (&Kinds, &[f64]),
+    domain: &Domain,
+    method: Method,
+) -> Result<()> {
+    let Method::Homogenised(_) = method else { return Ok(()) };
+    // A cell more, by which a body moves at most in a step.
+    let layer = 2.0 * (method.half_layer() + 1.0) * domain.dx;
+    let present = kinds.templates.iter().zip(reaches).filter(|(_, reach)| **reach > 0.0);
+    let widest = present.map(|(template, _)| 2.0 * template.shape.circumradius()).fold(0.0, f64::max);
+    let narrow = (0..3).find(|&i| domain.is_periodic(i) && domain.size()[i] < widest + layer);
+    let Some(i) = narrow.filter(|_| widest > 0.0) else { return Ok(()) };
+    let (edge, axis) = (domain.size()[i], ["x", "y", "z"][i]);
+    let title = format!(
+        "a particle of {widest} m shares homogenised cells with its own image in {axis}, {edge:.6e} m away"
+    );
+    let remedy = format!(
+        "take `lattice.coupling = \"saturated\"`, or make periodic directions at least {} wide",
+        whole_cells(domain, kinds.diameter, widest + layer)
+    );
+    Err(document.error_at(
+        &[("lattice.coupling", "these cells"), ("domain.size", "this box")],
+        &title,
+        &remedy,
+    ))
 }
 
 fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warnings: &mut Vec<String>) {
@@ -172,40 +222,29 @@ fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warning
     }
 }
 
-/// Refuses a box in which a pair could touch through two images: the engine sees only the nearest one.
+/// Refuses a box in which a pair could touch through two images: an external engine sees only the nearest one.
 ///
-/// `reaches` (m) are those of the templates, grown for contacts; two bodies that are `prescribed` in their whole motion exert no force on
-/// each other.
+/// `reaches` (m) are those of the templates, grown for contacts.
 pub(super) fn refuse_double_contacts(
     document: &Document,
     domain: &Domain,
-    (reaches, prescribed): (&[f64], &[bool]),
+    reaches: &[f64],
     (diameter, particles): (f64, &[Particle]),
 ) -> Result<()> {
-    let reach = |p: &Particle| reaches[p.template as usize];
-    let largest = |except: Option<usize>, free: bool| {
-        let others = particles
-            .iter()
-            .enumerate()
-            .filter(|(n, p)| Some(*n) != except && !(free && prescribed[p.template as usize]));
-        others.map(|(n, p)| (n, reach(p))).max_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let Some((first, largest_free)) = largest(None, true) else {
-        return Ok(());
-    };
-    let Some((_, other)) = largest(Some(first), false) else {
-        return Ok(());
-    };
-    let (size, needed) = (domain.size(), 2.0 * (largest_free + other));
+    let mut widest: Vec<f64> = particles.iter().map(|p| reaches[p.template as usize]).collect();
+    widest.sort_unstable_by(|a, b| b.total_cmp(a));
+    let [largest, other, ..] = widest[..] else { return Ok(()) };
+    let (size, needed) = (domain.size(), 2.0 * (largest + other));
     let Some(i) = (0..3).find(|&i| domain.is_periodic(i) && size[i] < needed) else {
         return Ok(());
     };
     let (edge, axis) = (size[i], ["x", "y", "z"][i]);
     let title = format!(
-        "the box is {edge:.6e} m wide in {axis}, where two particles could touch through two periodic images at once"
+        "the box is {edge:.6e} m wide in {axis}, where two particles could touch through two periodic images at once, which the native engine alone \
+         knows"
     );
     let remedy = format!(
-        "make periodic directions at least {} wide: two particles reach {largest_free:.6e} m and {other:.6e} m from their \
+        "make periodic directions at least {} wide: two particles reach {largest:.6e} m and {other:.6e} m from their \
          centres, contact enlargement included",
         whole_cells(domain, diameter, needed)
     );
@@ -246,30 +285,32 @@ mod tests {
 
     #[test]
     fn a_box_of_the_edge_that_a_refusal_names_is_taken_without_a_word() {
-        let capsule = "particles.0.shape={ capsule = { diameter = 0.7e-3, length = 1.9e-3 } }";
-        let sizes = "particles.0.sizes=[{ scale = 0.6, share = 1 }, { scale = 1.3, share = 1 }]";
-        let pair = "particles.0={ shape.sphere.diameter = 1.1e-3, density = 1000, \
-                    list = [[1e-4, 1e-4, 1e-4], [12e-4, 5e-4, 1e-4]] }";
-        for size in ["[0.2e-3, 3e-3, 3e-3]", "{ diameters = [2, 2, 2] }", "{ diameters = [1.9, 3, 3] }"] {
-            for change in [
-                "contact.enlargement=0.2",
-                "contact.enlargement=0.37",
-                "contact.enabled=false",
-                capsule,
-                sizes,
-                pair,
+        let body = |shape: &str| format!("particles.0={{ {shape}, density = 1000, list = [[0, 0, 0]] }}");
+        let sphere = body("shape.sphere.diameter = 1.1e-3");
+        let capsule = body("shape.capsule = { diameter = 0.7e-3, length = 1.9e-3 }");
+        let homogenised = "lattice.coupling=\"homogenised\"";
+        let mut refused = 0;
+        for size in ["[0.2e-3, 3e-3, 3e-3]", "{ diameters = [1, 1, 1] }", "{ diameters = [1.1, 3, 3] }"] {
+            for (body, change) in [
+                (&sphere, "contact.enlargement=0.2"),
+                (&sphere, "contact.enlargement=2.9"),
+                (&sphere, "contact.enabled=false"),
+                (&capsule, "contact.substeps=2"),
+                (&sphere, homogenised),
             ] {
-                let given = format!("domain.size={size}");
-                if load(&[&given, change]).is_ok() {
-                    assert!(change.contains("enabled"), "{size} {change}");
+                let size = format!("domain.size={size}");
+                if load(&[body, &size, change]).is_ok() {
                     continue;
                 }
-                for edges in suggested(&[&given, change]) {
-                    let taken = load(&[&edges, change]).unwrap_or_else(|e| panic!("{edges}: {e}"));
-                    assert!(taken.provenance.warnings.is_empty(), "{edges}: {:?}", taken.provenance.warnings);
+                refused += 1;
+                for edges in suggested(&[body, &size, change]) {
+                    let taken = load(&[body, &edges, change]).unwrap_or_else(|e| panic!("{edges}: {e}"));
+                    let warnings = taken.provenance.warnings;
+                    assert!(warnings.is_empty() || change == homogenised, "{edges}: {warnings:?}");
                 }
             }
         }
+        assert_eq!(refused, 5 + 3 + 3);
     }
 
     #[test]
@@ -280,13 +321,16 @@ mod tests {
     }
 
     #[test]
-    fn large_obstacles_that_are_fixed_need_no_room_for_each_other() {
-        let rods = "particles=[{ shape.sphere.diameter = 1e-3, density = 2000, motion = \"fixed\", \
-                    list = [[0, 0, 0], [1e-3, 1e-3, 1e-3]] }, \
-                    { shape.sphere.diameter = 2e-4, density = 2000, list = [[0, 1e-3, 0]] }]";
-        load(&[rods, "domain.size=[2e-3, 2e-3, 2e-3]", "lattice.cells_per_diameter=20"]).unwrap();
-        let free = rods.replace("motion = \"fixed\", ", "");
-        let refused = load(&[&free, "domain.size=[2e-3, 2e-3, 2e-3]", "lattice.cells_per_diameter=20"]);
-        assert!(refused.unwrap_err().to_string().contains("two periodic images"));
+    fn unit_cells_of_one_or_two_bodies_are_taken_and_homogenised_cells_that_images_share_are_not() {
+        let one = "particles=[{ shape.sphere.diameter = 1e-3, density = 2000, list = [[0, 0, 0]] }]";
+        let cell = ["domain.size={ diameters = [1.053, 1.053, 1.053] }", one];
+        let setup = load(&[&cell[..], &["lattice.cells_per_diameter=19"]].concat()).unwrap();
+        assert!((setup.volume_fraction - 0.45).abs() < 0.01, "{}", setup.volume_fraction);
+        let centred = "particles=[{ shape.sphere.diameter = 1e-3, density = 2000, list = [[0, 0, 0], [6e-4, 6e-4, 6e-4]] }]";
+        load(&[centred, "domain.size={ diameters = [1.2, 1.2, 1.2] }", "lattice.cells_per_diameter=20"])
+            .unwrap();
+        let options = ["lattice.cells_per_diameter=19", "lattice.coupling=\"homogenised\""];
+        let refused = load(&[&cell[..], &options].concat()).unwrap_err().to_string();
+        assert!(refused.contains("shares homogenised cells with its own image in x"), "{refused}");
     }
 }

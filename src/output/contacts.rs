@@ -19,6 +19,21 @@ pub fn ids(contact: &ContactState) -> impl Iterator<Item = u64> + use<> {
     [Some(contact.first), second].into_iter().flatten()
 }
 
+/// Of each particle of a contact, which are among `particles`, ascending by id: its id, centre and point of contact (m).
+pub fn arms(
+    domain: &Domain,
+    contact: &ContactState,
+    particles: &[Particle],
+) -> impl Iterator<Item = (u64, [Vec3; 2])> + use<> {
+    let find = |id: u64| particles.binary_search_by_key(&id, |p| p.id).ok();
+    let centres = [contact.first, contact.second]
+        .map(|id| find(id).map(|index| domain.wrap(particles[index].position())));
+    let known = centres[0].or(centres[1]).unwrap_or_default();
+    let levers = contact.levers(domain, centres.map(|centre| centre.unwrap_or(known)));
+    let of = move |k: usize| centres[k].map(|centre| [centre, centre + levers[k]]);
+    [(contact.first, of(0)), (contact.second, of(1))].into_iter().filter_map(|(id, ends)| Some((id, ends?)))
+}
+
 /// One point per contact, in double precision: overlaps are differences of positions.
 pub fn contacts(contacts: &[ContactState]) -> PolyData {
     let mut data = PolyData::double();
@@ -49,13 +64,8 @@ pub fn force_chains(domain: &Domain, particles: &[Particle], contacts: &[Contact
     let mut data = PolyData::default();
     let (mut magnitudes, mut ends_of) = (Vec::new(), Vec::new());
     for contact in contacts {
-        for id in ids(contact) {
-            let Ok(index) = particles.binary_search_by_key(&id, |p| p.id) else {
-                continue;
-            };
-            let centre = domain.wrap(particles[index].position());
-            let arm = domain.nearest_image(Vec3::from(contact.point) - centre);
-            let ends = [data.point(centre), data.point(centre + arm)];
+        for (id, [centre, end]) in arms(domain, contact, particles) {
+            let ends = [data.point(centre), data.point(end)];
             data.line(ends);
             magnitudes.extend([Vec3::from(contact.force).norm(); 2]);
             ends_of.extend([id; 2]);
@@ -95,6 +105,19 @@ mod tests {
             contact(9, ContactState::of_wall(4), [0.5, 0.5, 0.0], -Vec3::z()),
         ];
         (particles, contacts)
+    }
+
+    #[test]
+    fn the_chains_of_a_body_that_touches_its_own_image_end_at_both_of_its_sides() {
+        let centre = Vec3::new(0.9, 0.5, 1.0);
+        let own = ContactState { second: 3, point: [0.4, 0.5, 1.0], ..example().1[0] };
+        let key = own.key().with_shift([1, 0, 0]);
+        let particles = [Particle::at(3, 0, centre)];
+        let ends: Vec<_> = arms(&BOX, &ContactState { parts: key.parts, ..own }, &particles).collect();
+        let at = [0.5, -0.5].map(|arm| (3, [centre, centre + Vec3::x() * arm]));
+        for ((id, [from, to]), (same, [centre, end])) in ends.into_iter().zip(at) {
+            assert!(id == same && from == centre && (to - end).norm() < 1e-15, "{to}");
+        }
     }
 
     #[test]

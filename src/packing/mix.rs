@@ -70,6 +70,7 @@ pub fn mix(
     for (i, pose) in poses.iter().enumerate() {
         bins.add(i, &pose.position);
     }
+    let is_narrow = domain.has_images(2.0 * widest) != [false; 3];
     let (mut step, mut counted) = (FIRST, 0_u32);
     for sweep in 1..=sweeps {
         for i in fixed..poses.len() {
@@ -85,11 +86,15 @@ pub fn mix(
             let moved = body(contours, &after);
             let clear = |&j: &usize| {
                 let other = &poses[j];
-                let offset = domain.nearest_image(other.position - after.position);
                 let near = reach + reaches[other.contour];
+                let apart = |offset: Vec3| {
+                    offset.norm_squared() >= near * near
+                        || !intersects(&moved, &body(contours, other), offset)
+                };
+                let difference = other.position - after.position;
                 j == i
-                    || offset.norm_squared() >= near * near
-                    || !intersects(&moved, &body(contours, other), offset)
+                    || apart(domain.nearest_image(difference))
+                        && (!is_narrow || domain.images(difference, near).all(apart))
             };
             let free = |wall: &Surface| {
                 let distance = wall.distance(after.position);

@@ -137,26 +137,29 @@ pub fn relax(
             if b < fixed {
                 continue;
             }
-            let offset = domain.nearest_image(poses[b].position - poses[a].position);
-            let [first, second] = [a, b].map(|i| body(contours, &poses[i]));
-            let Some(overlap) = overlap(Geometry::Exact, &first, &second, offset) else {
-                continue;
-            };
-            let least = radii[a].min(radii[b]);
-            if overlap.depth < touching * least {
-                continue;
-            }
-            touched = true;
-            let levers = [overlap.point, overlap.point - offset];
-            let mut weights = [a, b].map(|i| &movers[poses[i].contour]).map(Some);
-            if a < fixed {
-                weights[0] = None;
-            }
-            sum += overlap.depth / least;
-            let way = overlap.depth * (1.0 + OVERSHOOT) + MARGIN * least;
-            push(&domain, poses, [a, b], weights, levers, overlap.normal, way);
-            for i in [a, b].into_iter().filter(|i| *i >= fixed) {
-                hold(&mut poses[i], i);
+            for shift in domain.shifts(radii[a] + radii[b]) {
+                let nearest = domain.nearest_image(poses[b].position - poses[a].position);
+                let offset = domain.shifted(nearest, shift);
+                let [first, second] = [a, b].map(|i| body(contours, &poses[i]));
+                let Some(overlap) = overlap(Geometry::Exact, &first, &second, offset) else {
+                    continue;
+                };
+                let least = radii[a].min(radii[b]);
+                if overlap.depth < touching * least {
+                    continue;
+                }
+                touched = true;
+                let levers = [overlap.point, overlap.point - offset];
+                let mut weights = [a, b].map(|i| &movers[poses[i].contour]).map(Some);
+                if a < fixed {
+                    weights[0] = None;
+                }
+                sum += overlap.depth / least;
+                let way = overlap.depth * (1.0 + OVERSHOOT) + MARGIN * least;
+                push(&domain, poses, [a, b], weights, levers, overlap.normal, way);
+                for i in [a, b].into_iter().filter(|i| *i >= fixed) {
+                    hold(&mut poses[i], i);
+                }
             }
         }
         for i in fixed..poses.len() {

@@ -28,6 +28,14 @@ const SHAPES: [&str; 10] = [
     "superellipsoid = { axes = [5e-4, 5e-4, 4e-4], exponents = [0.6, 0.8] }",
 ];
 
+/// Bodies that fill most of a box, the first two known to lubrication.
+const LARGE: [&str; 4] = [
+    "sphere = { diameter = 1.38e-3 }",
+    "ellipsoid = { axes = [1.35e-3, 1.2e-3, 1e-3] }",
+    "cuboid = { edges = [1e-3, 8e-4, 4e-4] }",
+    "cylinder = { diameter = 9e-4, length = 9e-4 }",
+];
+
 /// Those that lubrication knows, the last ones beside the first three.
 const LUBRICATED: [&str; 6] = [SHAPES[0], SHAPES[3], SHAPES[7], SHAPES[1], SHAPES[2], SHAPES[6]];
 
@@ -123,6 +131,11 @@ fn draw(random: &mut ChaCha8Rng) -> String {
             text += PUSHES.choose(random).unwrap();
         }
     }
+    if random.random_bool(0.25) {
+        let shape = LARGE[..if lubricated { 2 } else { 4 }].choose(random).unwrap();
+        let place: [f64; 3] = std::array::from_fn(|_| random.random_range(0.0..1.4e-3));
+        writeln!(text, "[[particles]]\nshape = {{ {shape} }}\ndensity = 2000\nlist = [{place:?}]").unwrap();
+    }
     let drive = DRIVES.choose(random).unwrap();
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));
@@ -216,7 +229,7 @@ fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
     let laws = laws.into_iter().flat_map(words).map(String::as_str);
     let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
     let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
-    for word in quoted.chain(SHAPES.map(str::to_owned)) {
+    for word in quoted.chain(SHAPES.into_iter().chain(LARGE).map(str::to_owned)) {
         assert!(texts.contains(&word), "{word} was never drawn");
     }
 }

@@ -232,6 +232,31 @@ fn a_sphere_in_a_wide_shear_cell_has_the_stresslet_of_einstein() {
 }
 
 #[test]
+fn a_sphere_that_touches_its_own_images_has_the_contact_stress_of_an_array_of_them() {
+    let stress = |cells: usize| {
+        let (edge, size) = (0.00998, 0.00998 * cells as f64);
+        let at = |n: usize| [n % cells, n / cells % cells, n / cells / cells].map(|k| k as f64 * edge);
+        let list: Vec<[f64; 3]> = (0..cells.pow(3)).map(at).collect();
+        let text = format!(
+            "domain.size = [{size}, {size}, {size}]\n\
+             dry.impact_speed = 0.1\n\
+             particles = [{{ shape.sphere.diameter = 0.01, density = 2500, list = {list:?} }}]\n\
+             contact.youngs_modulus = 1e7\n\
+             driving.gravity = 0\n\
+             run.end.steps = 8\n\
+             output = {{ series_every.steps = 1, particles_every = \"never\", picture_every = \"never\" }}\n"
+        );
+        let (series, _) = run(&text, true);
+        ["xx", "yy", "zz", "xz"].map(|ij| last(&series, &format!("contact_stress_{ij}")))
+    };
+    let (one, many) = (stress(1), stress(3));
+    for (one, many) in one.iter().zip(many) {
+        assert!((one - many).abs() < 1e-6 * many.abs().max(1.0), "{one} {many}");
+    }
+    assert!(one[0] < -1.0 && one[3].abs() < 1e-6, "{one:?}");
+}
+
+#[test]
 fn a_column_of_spheres_carries_its_weight_as_stress() {
     let text = "
 [domain]

@@ -78,11 +78,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
             "cells_per_diameter = 1e5",
             &["bad.toml:3:", "cells", "lattice.cells_per_diameter"],
         ),
-        (
-            "[4, 4, 4]",
-            "[4, 4, 1]",
-            &["14 |", "bad.toml:3:", "larger than half the box", "3.1875e-3 m or 2.125 d"],
-        ),
+        ("[4, 4, 4]", "[4, 4, 0.5]", &["14 |", "bad.toml:3:", "too large for the box", "1.5e-3 m or 1 d"]),
         ("[4, 4, 4]", "[4, 4]", &["bad.toml:3:", "must have 3"]),
         ("[4, 4, 4]", "[4, 4, -4]", &["bad.toml:3:29", "`domain.size.diameters` is -4", "above 0"]),
         ("1.5e-3", "0", &["bad.toml:14:33", "`particles.0.shape.sphere.diameter` is 0", "metres"]),

@@ -127,6 +127,44 @@ picture_every = { steps = 80 }
 fields_every = "never"
 "#;
 
+/// A unit cell whose two spheres touch through several images, and a grain between them.
+const UNIT_CELL: &str = r#"
+[domain]
+size = [1.1e-3, 1.1e-3, 1.1e-3]
+
+[fluid]
+density = 1000.0
+viscosity = 2e-6
+
+[lattice]
+cells_per_diameter = 12
+relaxation_time = 0.6
+
+[[particles]]
+shape = { sphere = { diameter = 9.5e-4 } }
+density = 3000.0
+list = [{ position = [0, 0, 0], velocity = [2e-2, 1e-2, 0], angular_velocity = [40, 0, 90] }, [5.5e-4, 5.5e-4, 5.5e-4]]
+
+[[particles]]
+shape = { cube = { edge = 1.2e-4 } }
+density = 3000.0
+list = [[5.5e-4, 0, 0]]
+
+[contact]
+substeps = 4
+
+[run]
+end = { steps = 160 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+particles_every = { steps = 16 }
+picture_every = "never"
+fields_every = "never"
+"#;
+
 /// A suspension that a force and an acceleration shake between a plate that oscillates and one at rest, in a fluid that starts in motion.
 const SHAKEN: &str = r#"
 [domain]
@@ -321,6 +359,11 @@ fn spheres_in_a_fluid_resume_to_the_bit_on_other_threads() {
 #[test]
 fn bodies_between_walls_without_a_fluid_resume_to_the_bit_on_other_threads() {
     in_two_halves(&Place::new(DRY), 400, &[], &[]);
+}
+
+#[test]
+fn a_unit_cell_whose_bodies_touch_through_several_images_resumes_to_the_bit_on_other_threads() {
+    in_two_halves(&Place::new(UNIT_CELL), 160, &[], &[]);
 }
 
 #[test]

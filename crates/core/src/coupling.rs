@@ -378,6 +378,8 @@ mod contact_tests;
 #[cfg(test)]
 mod device_tests;
 #[cfg(test)]
+mod image_tests;
+#[cfg(test)]
 mod overlap_tests;
 #[cfg(test)]
 mod population_tests;

@@ -11,6 +11,7 @@ pub mod saved;
 pub mod states;
 
 use crate::comm::Comm;
+use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore};
@@ -55,10 +56,34 @@ pub struct ContactSummary {
 pub struct ContactKey {
     /// Lower id.
     pub first: u64,
-    /// Higher id, or what stands for a wall, see [`ContactState::of_wall`].
+    /// Higher id, the same for an image of the body itself, or what stands for a wall, see [`ContactState::of_wall`].
     pub second: u64,
-    /// Index of the part of each body that touches.
+    /// Index of the part of each body that touches, that of the second one with the [image](Self::shift) in its highest bits.
     pub parts: [u32; 2],
+}
+
+/// Bits of the index of a part in [`ContactKey::parts`].
+const PART_BITS: u32 = 24;
+
+impl ContactKey {
+    /// The same with another [image](Self::shift) of the second body.
+    #[must_use]
+    pub fn with_shift(mut self, shift: [i8; 3]) -> Self {
+        let [x, y, z] = shift.map(|along| along.rem_euclid(3) as u32);
+        self.parts[1] = self.indices()[1] | (x + 3 * y + 9 * z) << PART_BITS;
+        self
+    }
+
+    /// Shift (boxes) of the image of the second body from the one whose centre is nearest to that of the first.
+    pub fn shift(&self) -> [i8; 3] {
+        let code = self.parts[1] >> PART_BITS;
+        [code, code / 3, code / 9].map(|digit| if digit % 3 == 2 { -1 } else { (digit % 3) as i8 })
+    }
+
+    /// Indices of the parts.
+    pub fn indices(&self) -> [u32; 2] {
+        [self.parts[0], self.parts[1] & ((1 << PART_BITS) - 1)]
+    }
 }
 
 impl Ord for ContactKey {
@@ -82,7 +107,7 @@ pub struct ContactState {
     pub first: u64,
     /// Id of the second particle, or [`of_wall`](Self::of_wall) of the index of a wall.
     pub second: u64,
-    /// Index of the part of each body that touches.
+    /// Those of [`ContactKey::parts`].
     pub parts: [u32; 2],
     /// Point of application (m), wrapped into the domain.
     pub point: [f64; 3],
@@ -100,6 +125,18 @@ impl ContactState {
     /// The bodies and parts that touch.
     pub fn key(&self) -> ContactKey {
         ContactKey { first: self.first, second: self.second, parts: self.parts }
+    }
+
+    /// Branch vectors (m): from the centres of both particles, which are at wrapped positions, to the point of application.
+    pub fn levers(&self, domain: &Domain, centres: [Vec3; 2]) -> [Vec3; 2] {
+        let (shift, point) = (self.key().shift(), Vec3::from(self.point));
+        if shift == [0; 3] {
+            return centres.map(|centre| domain.nearest_image(point - centre));
+        }
+        let [first, second] = centres;
+        let between = domain.shifted(domain.nearest_image(second - first), shift);
+        let middle = domain.nearest_image(domain.wrap(point - between * 0.5) - first);
+        [middle + between * 0.5, middle - between * 0.5]
     }
 
     /// Stand-in for the id of a particle of the wall with this index; above all ids.

@@ -100,6 +100,41 @@ impl Domain {
         })
     }
 
+    /// Shifts (boxes) from the nearest image of a difference to the images that may be at most `reach` (m) long, itself included: along
+    /// each axis by one at most, so `reach` is less than one and a half edges.
+    pub fn shifts(&self, reach: f64) -> impl Iterator<Item = [i8; 3]> + use<> {
+        let most = self.has_images(reach).map(i8::from);
+        let along = move |i: usize| -most[i]..=most[i];
+        along(2).flat_map(move |z| along(1).flat_map(move |y| along(0).map(move |x| [x, y, z])))
+    }
+
+    /// Tells along which axes a difference may have several images that are at most `reach` (m) long.
+    pub fn has_images(&self, reach: f64) -> [bool; 3] {
+        [0, 1, 2].map(|i| self.is_periodic(i) && 2.0 * reach > self.cells[i] as f64 * self.dx)
+    }
+
+    /// The image `shift` boxes from another one.
+    #[inline]
+    pub fn shifted(&self, image: Vec3, shift: [i8; 3]) -> Vec3 {
+        // Without a shift to the bit.
+        if shift == [0; 3] {
+            return image;
+        }
+        image + Vec3::from(shift.map(f64::from)).component_mul(&self.size())
+    }
+
+    /// The images of a difference of two wrapped positions that may be at most `reach` (m) long, see [`shifts`](Self::shifts).
+    pub fn images(&self, difference: Vec3, reach: f64) -> impl Iterator<Item = Vec3> + use<> {
+        let (domain, nearest) = (*self, self.nearest_image(difference));
+        self.shifts(reach).map(move |shift| domain.shifted(nearest, shift))
+    }
+
+    /// Number of boxes, to the nearest, that a difference is long.
+    pub fn boxes(&self, difference: Vec3) -> [i8; 3] {
+        let boxes = difference.component_div(&self.size());
+        [0, 1, 2].map(|i| if self.is_periodic(i) { boxes[i].round() as i8 } else { 0 })
+    }
+
     /// The shorter of a distance (not negative) along axis `i` and its way round the back, where there is one.
     #[inline]
     pub fn shorter_way(&self, i: usize, distance: f64) -> f64 {

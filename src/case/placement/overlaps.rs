@@ -61,9 +61,8 @@ impl Placer<'_> {
         let radius = |i: usize| grown(i).shape.circumradius() + grown(i).enlargement;
         let reaches: Vec<f64> = (0..placed.len()).map(|i| radius(i) * (1.0 - 1e-12)).collect();
         let (mut first, mut overlaps, mut accepted) = (None, Overlaps::default(), false);
-        for [a, b] in self.near(&positions, &reaches) {
+        for ([a, b], offset) in self.near(&positions, &reaches) {
             let direct = positions[b] - positions[a];
-            let offset = self.domain.nearest_image(direct);
             let bodies = [a, b].map(|i| body(contours, &placed[i].particle));
             let most = allowed(placed[a].in_motion && placed[b].in_motion) * radius(a).min(radius(b));
             let spheres = are_spheres(&bodies);
@@ -116,10 +115,9 @@ impl Placer<'_> {
         let pairs = if gap > 0.0 { self.near(&positions, &reaches) } else { Vec::new() };
         // Two bodies whose whole motion is prescribed exert no force on each other.
         let moves = |i: usize| !self.is_prescribed(&placed[i].particle);
-        let depths = pairs.into_iter().filter(|&[a, b]| moves(a) || moves(b)).map(|[a, b]| {
-            let offset = self.domain.nearest_image(positions[b] - positions[a]);
-            depth_of(&[bodies[a], bodies[b]], offset)
-        });
+        let depths = (pairs.into_iter())
+            .filter(|&([a, b], _)| moves(a) || moves(b))
+            .map(|([a, b], offset)| depth_of(&[bodies[a], bodies[b]], offset));
         let deep: Vec<f64> = depths.filter(|depth| *depth > gap).collect();
         let deepest = deep.iter().copied().reduce(f64::max)?;
         let title = format!(
@@ -134,10 +132,16 @@ impl Placer<'_> {
         Some(self.document.warning(&placed[0].key, &title, &label, &remedy))
     }
 
-    /// Pairs whose bounding spheres meet.
-    fn near(&self, positions: &[Vec3], radii: &[f64]) -> Vec<[usize; 2]> {
+    /// Pairs whose bounding spheres meet, each with the offset of an image of the second body from the first (m).
+    fn near(&self, positions: &[Vec3], radii: &[f64]) -> Vec<([usize; 2], Vec3)> {
         let mut finder = PairFinder::new(self.domain);
-        finder.find(positions, radii).iter().map(|pair| pair.map(|i| i as usize)).collect()
+        let pairs = finder.find(positions, radii).iter().map(|pair| pair.map(|i| i as usize));
+        pairs
+            .flat_map(|[a, b]| {
+                let images = self.domain.images(positions[b] - positions[a], radii[a] + radii[b]);
+                images.map(move |offset| ([a, b], offset))
+            })
+            .collect()
     }
 
     fn refuse_in_walls(&self, placed: &[Candidate], contours: &[GrownShape]) -> Result<bool> {

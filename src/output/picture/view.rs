@@ -7,9 +7,9 @@ use super::{Format, write_figure};
 use crate::dem::ContactState;
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
-use crate::output::contacts::ids;
+use crate::output::contacts::arms;
 use crate::output::walls::polygons;
-use crate::particle::{Particle, Template};
+use crate::particle::Template;
 use crate::shape::Shape;
 use crate::wall::Surface;
 use std::path::Path;
@@ -241,26 +241,15 @@ fn add_chains(view: &mut View, chains: &Chains, snapshot: &Snapshot) {
     view.meshes.push(Mesh::tube());
     let tube = view.meshes.len() - 1;
     let (top, diameter) = (chains.scale.range.1, snapshot.diameter);
-    let find = |id: u64| -> Option<&Particle> {
-        Some(&snapshot.particles[snapshot.particles.binary_search_by_key(&id, |p| p.id).ok()?])
-    };
     for contact in chains.contacts {
         let force = Vec3::from(contact.force).norm();
         if force < LEAST * top {
             continue;
         }
         let radius = LINE * diameter * (force / top).min(1.0).sqrt();
-        for particle in ids(contact).filter_map(find) {
-            let centre = snapshot.domain.wrap(particle.position());
-            let arm = snapshot.domain.nearest_image(Vec3::from(contact.point) - centre);
+        for (_, [centre, end]) in arms(&snapshot.domain, contact, snapshot.particles) {
             let paint = Paint::Solid(chains.scale.colour(force));
-            view.seen_through.push(Item::tube(
-                tube,
-                single(centre),
-                single(centre + arm),
-                radius as f32,
-                paint,
-            ));
+            view.seen_through.push(Item::tube(tube, single(centre), single(end), radius as f32, paint));
         }
     }
 }

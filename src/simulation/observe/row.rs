@@ -220,7 +220,8 @@ fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, sums: &
             point
         }
     };
-    let branch = setup.domain.nearest_image(centre(contact.first) - from);
+    let nearest = setup.domain.nearest_image(centre(contact.first) - from);
+    let branch = setup.domain.shifted(nearest, contact.key().shift().map(|along| -along));
     let moment = -0.5 * (branch * force.transpose() + force * branch.transpose());
     let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
     sums.add(CONTACT_STRESS, &pairs.map(|(i, j)| moment[(i, j)]));

@@ -67,8 +67,8 @@ fn shapes_that_are_no_bodies_are_refused() {
         ),
         (
             SPHERE,
-            "{ cuboid = { edges = [3.2e-3, 1e-4, 1e-4] } }",
-            &["14 |", "bad.toml:3:", "larger than half the box"],
+            "{ cuboid = { edges = [6.2e-3, 1e-4, 1e-4] } }",
+            &["14 |", "bad.toml:3:", "too large for the box"],
         ),
         ("seed = 1", "seed = 1\nsizes = []", &["bad.toml:18:9", "`particles.0.sizes` is empty"]),
         (
@@ -81,7 +81,7 @@ fn shapes_that_are_no_bodies_are_refused() {
             "seed = 1\nsizes = [{ scale = 1, share = 0 }]",
             &["bad.toml:18:", "`particles.0.sizes.0.share` is 0"],
         ),
-        ("seed = 1", "seed = 1\nsizes = [{ scale = 3, share = 1 }]", &["14 |", "larger than half the box"]),
+        ("seed = 1", "seed = 1\nsizes = [{ scale = 5, share = 1 }]", &["14 |", "too large for the box"]),
         (
             "volume_fraction = 0.1\nseed = 1",
             "list = [[1e-3, 1e-3, 1e-3]]\nsizes = [{ scale = 1, share = 1 }]",

@@ -35,6 +35,27 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
                 &["bad.toml:21:20", "`dem.liggghts.timeout` is 0", "above 0 and at most 1000000"],
             ),
             (
+                "[4, 4, 4]",
+                "[4, 4, 2]",
+                &[
+                    "bad.toml:3:8",
+                    "two periodic images at once",
+                    "native engine",
+                    "contact enlargement included",
+                ],
+            ),
+            (
+                "[4, 4, 4]",
+                "[4, 4, 1]",
+                &[
+                    "14 |",
+                    "bad.toml:3:",
+                    "larger than half the box",
+                    "native engine",
+                    "3.1875e-3 m or 2.125 d",
+                ],
+            ),
+            (
                 "{ sphere = { diameter = 1.5e-3 } }",
                 "{ cube = { edge = 1.5e-3 } }",
                 &["bad.toml:14:9", "`particles.0.shape` is \"cube\"", "spheres only", "\"native\"", "20 |"],

@@ -267,11 +267,6 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
             "[output]\npictures = [{ view = { size = [200, 9000] } }]\n[run]",
             &["bad.toml:20:", "`output.pictures.0.view.size`", "at least 300 and at most 4000"],
         ),
-        (
-            "[4, 4, 4]",
-            "[4, 4, 2]",
-            &["bad.toml:3:8", "two periodic images at once", "contact enlargement included"],
-        ),
         ("[run]", "[dry]\ntime_step = 1e-5\n[run]", &["[fluid]", "bad.toml:5:1", "dry run"]),
         (dry, "", &["section [fluid] is missing", "[dry]"]),
         (dry, "[dry]\n", &["`time_step`, `impact_speed`"]),

@@ -6,6 +6,7 @@
 
 use super::pairs::PairFinder;
 use super::polyhedra::Hint;
+use crate::domain::Domain;
 use crate::math::Vec3;
 
 /// Skin over the largest bounding radius. Pairs apart cost little, so it may be wide.
@@ -16,11 +17,23 @@ const SKIN: f64 = 0.2;
 pub struct Neighbour {
     /// Their indices, the lower one first.
     pub pair: [u32; 2],
+    /// Shift (boxes) of the second body from its nearest image.
+    pub shift: [i8; 3],
     /// Memory of [`overlap_again`](super::overlap_again).
     pub hint: Hint,
 }
 
-/// Finds pairs as [`PairFinder`] does, and some more, mostly without a search.
+impl Neighbour {
+    /// Offset (m) from the first to the second, whose positions are wrapped.
+    #[inline]
+    pub fn offset(&self, domain: &Domain, positions: &[Vec3]) -> Vec3 {
+        let [first, second] = self.pair.map(|k| positions[k as usize]);
+        domain.shifted(domain.nearest_image(second - first), self.shift)
+    }
+}
+
+/// Finds pairs as [`PairFinder`] does, and some more, mostly without a search. Images beside the nearest one, and images of a body
+/// itself, are pairs of their own.
 #[derive(Clone, Debug)]
 pub struct NeighbourList {
     finder: PairFinder,
@@ -38,7 +51,8 @@ impl NeighbourList {
         Self { finder, pairs: Vec::new(), positions: Vec::new(), radii: Vec::new(), half_skin: 0.0 }
     }
 
-    /// All pairs that [`PairFinder::find`] returns and some that do not meet, in ascending order.
+    /// All pairs that [`PairFinder::find`] returns, those with further images that meet, of a body with itself once for both directions,
+    /// and some that do not meet, in ascending order.
     ///
     /// # Shape
     /// `positions.len() == radii.len()`; positions are wrapped.
@@ -65,9 +79,26 @@ impl NeighbourList {
         self.positions.extend_from_slice(positions);
         self.radii.clear();
         self.radii.extend(radii.iter().map(|radius| radius + self.half_skin));
-        let found = self.finder.find(&self.positions, &self.radii);
+        let (domain, radii_of, hint) = (*self.finder.domain(), &self.radii, Hint::default());
+        let reach = |pair: [u32; 2]| pair.iter().map(|&k| radii_of[k as usize]).sum::<f64>();
         self.pairs.clear();
-        self.pairs.extend(found.iter().map(|&pair| Neighbour { pair, hint: Hint::default() }));
+        for &pair in self.finder.find(&self.positions, radii_of) {
+            self.pairs.extend(domain.shifts(reach(pair)).map(|shift| Neighbour { pair, shift, hint }));
+        }
+        let (others, widest) = (self.pairs.len(), radii_of.iter().copied().fold(0.0, f64::max));
+        if domain.has_images(2.0 * widest) != [false; 3] {
+            for pair in (0..radii.len() as u32).map(|k| [k; 2]) {
+                let meets = |shift: &[i8; 3]| {
+                    let ahead = shift.iter().rev().find(|along| **along != 0).is_some_and(|along| *along > 0);
+                    ahead && domain.shifted(Vec3::zeros(), *shift).norm() <= reach(pair)
+                };
+                let own = domain.shifts(reach(pair)).filter(meets);
+                self.pairs.extend(own.map(|shift| Neighbour { pair, shift, hint }));
+            }
+        }
+        if self.pairs.len() > others {
+            self.pairs.sort_by_key(|neighbour| neighbour.pair);
+        }
         self.radii.copy_from_slice(radii);
     }
 }
@@ -109,6 +140,44 @@ mod tests {
             }
         }
         assert!(met > 600 * 10 && (20..200).contains(&searches), "{met} {searches}");
+    }
+
+    #[test]
+    fn every_image_that_meets_is_listed_once_and_those_of_a_body_itself_in_one_direction() {
+        let domain = Domain { faces: Domain::faces([true, true, false]), cells: [20, 30, 22], dx: 0.1 };
+        let size = domain.size();
+        let mut random = random(6);
+        for _ in 0..50 {
+            let mut part = || random.random_range(0.0..1.0);
+            let positions: Vec<Vec3> = (0..5).map(|_| Vec3::from_fn(|i, _| part() * size[i])).collect();
+            let radii: Vec<f64> = (0..5).map(|_| 0.2 + 1.15 * part()).collect();
+            let mut list = NeighbourList::new(PairFinder::new(domain));
+            let listed: Vec<Neighbour> = list.find(&positions, &radii).to_vec();
+            let mut found: Vec<([u32; 2], [i64; 3])> = Vec::new();
+            for neighbour in &listed {
+                let [i, j] = neighbour.pair.map(|k| k as usize);
+                let offset = neighbour.offset(&domain, &positions);
+                if offset.norm() <= radii[i] + radii[j] {
+                    let boxes = (offset - (positions[j] - positions[i])).component_div(&size);
+                    found.push((neighbour.pair, boxes.map(|n| n.round() as i64).into()));
+                }
+            }
+            let mut expected = Vec::new();
+            for (i, j) in (0..5_u32).flat_map(|i| (i..5).map(move |j| (i, j))) {
+                for (x, y) in (-3..4_i64).flat_map(|x| (-3..4).map(move |y| (x, y))) {
+                    let [a, b] = [i, j].map(|k| k as usize);
+                    let shift = Vec3::new(x as f64, y as f64, 0.0).component_mul(&size);
+                    let meets = (positions[b] - positions[a] + shift).norm() <= radii[a] + radii[b];
+                    if meets && (i != j || (y, x) > (0, 0)) {
+                        expected.push(([i, j], [x, y, 0]));
+                    }
+                }
+            }
+            assert!(listed.is_sorted_by_key(|neighbour| neighbour.pair));
+            found.sort_unstable();
+            expected.sort_unstable();
+            assert_eq!(found, expected);
+        }
     }
 
     #[test]

@@ -134,15 +134,18 @@ impl Cover {
         }
     }
 
-    /// Joins the segments from `first` on, those of the parts of one body, where they share cells: there the body is one, with the
-    /// sum of the fractions of its parts, at most one. So nothing is counted twice, and parts have no film between them.
+    /// Joins the segments from `first` on, those of the parts of one body, where those of one image share cells: there the body is one,
+    /// with the sum of the fractions of its parts, at most one. So nothing is counted twice, and parts have no film between them.
     pub(super) fn join(&mut self, first: usize) {
         let mut found = self.added.split_off(first);
-        found.sort_by_key(|(row, segment)| (*row, segment.x));
+        let image_of = |(row, Segment { x, offset: [nx, ny, nz], .. }): &(u32, Segment)| {
+            (*row, i64::from(*x) - i64::from(*nx), *ny, *nz)
+        };
+        found.sort_by_key(|of| (image_of(of), of.1.x));
         let mut rest = &found[..];
         while let [(row, first), ..] = rest {
-            let (mut end, mut count) = (first.end(), 1);
-            while let Some((_, next)) = rest.get(count).filter(|(of, next)| of == row && next.x < end) {
+            let (mut end, mut count, image) = (first.end(), 1, image_of(&rest[0]));
+            while let Some((_, next)) = rest.get(count).filter(|of| image_of(of) == image && of.1.x < end) {
                 end = end.max(next.end());
                 count += 1;
             }

@@ -30,7 +30,7 @@ struct Scene {
 const MAGIC: Collision = Collision::Trt { magic: 0.125 };
 const PERIODIC: [bool; 3] = [true; 3];
 
-const SCENES: [Scene; 6] = [
+const SCENES: [Scene; 7] = [
     Scene {
         name: "fluid",
         cells: [37, 11, 9],
@@ -42,6 +42,14 @@ const SCENES: [Scene; 6] = [
     Scene {
         name: "bodies",
         cells: [40, 26, 24],
+        periodic: PERIODIC,
+        operator: Some(SolidOperator::Sc3),
+        collision: MAGIC,
+        bodies: true,
+    },
+    Scene {
+        name: "bodies that share cells with their images",
+        cells: [12, 12, 12],
         periodic: PERIODIC,
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,

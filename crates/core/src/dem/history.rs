@@ -127,6 +127,21 @@ impl History {
         self.current.retain(|key, _| keeps(key));
     }
 
+    /// Gives contacts other keys, each one of its own.
+    pub fn rename(&mut self, name: impl Fn(&ContactKey) -> ContactKey) {
+        let stride = self.current.stride();
+        let mut renamed = false;
+        for row in self.current.rows.chunks_exact_mut(stride) {
+            let key: &mut ContactKey = &mut bytemuck::cast_slice_mut(&mut row[..KEY])[0];
+            let now = name(key);
+            renamed |= now != *key;
+            *key = now;
+        }
+        if renamed {
+            *self = Self::new(std::mem::take(&mut self.current));
+        }
+    }
+
     /// Index of the record of a contact, if it existed. Fast for contacts in ascending order.
     fn find(&mut self, key: &ContactKey) -> Option<usize> {
         if self.cursor > 0 && self.current.key(self.cursor - 1).is_some_and(|before| before >= *key) {

@@ -11,7 +11,9 @@
 //! Every number is computed once, by one rank, in the same order whatever the number of ranks: the pair with the
 //! lower id first, from the nearest image of wrapped positions. Walls stand where their motion has brought them
 //! after `substep dt`. A contact with a wall belongs to the owner of the particle and comes after those with
-//! particles. Bodies of several parts touch part by part; their forces and torques add up. Bodies that touch through two images at once are left out, and so are images of walls.
+//! particles. Bodies of several parts touch part by part; their forces and torques add up. In a narrow box bodies
+//! touch through several images, and images of themselves: each is a contact of its own, and its image is told from the nearest one of the
+//! centres. Images of walls are left out.
 
 #[cfg(test)]
 mod bricks_tests;
@@ -29,6 +31,8 @@ mod films;
 mod forces;
 #[cfg(test)]
 mod friction_tests;
+#[cfg(test)]
+mod image_tests;
 #[cfg(test)]
 mod mixed_tests;
 #[cfg(test)]
@@ -65,6 +69,9 @@ use failures::{outside, too_far};
 use forces::ContactForces;
 use std::sync::Arc;
 
+/// Longest reach of two bodies together, in edges of the box: the images beside the nearest one are then all that may touch.
+pub const MOST_REACH: f64 = 1.4;
+
 /// Parameters of the native engine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NativeParams {
@@ -100,8 +107,8 @@ pub struct Native {
     context: ContactContext,
     order: IdOrder,
     forces: ContactForces,
-    /// The two largest bounding radii (m) of particles that there have been.
-    widest: [f64; 2],
+    /// Largest bounding radius (m) of particles that there have been.
+    widest: f64,
 }
 
 impl Native {
@@ -111,7 +118,7 @@ impl Native {
     /// prescribed the velocities at time 0.
     ///
     /// # Errors
-    /// [`Error::Input`] if the box is so small that two particles could touch through two periodic images at once.
+    /// [`Error::Input`] if the box is so small that a particle could touch others beyond the images beside the nearest one.
     pub fn new(
         params: NativeParams,
         decomposition: Decomposition,
@@ -130,7 +137,7 @@ impl Native {
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
-        let widest = widest([0.0; 2], all, &constants);
+        let widest = widest(0.0, all, &constants);
         if params.contact.is_some() {
             check_images(&decomposition, widest)?;
         }
@@ -141,11 +148,13 @@ impl Native {
         let arms = constants.iter().flat_map(|template| template.parts.iter().map(PartConstants::length));
         let around = Vec3::repeat(arms.fold(0.0, f64::max));
         let finder = PairFinder::in_window(near.decomposition().domain, lo - around, extent + 2.0 * around);
-        let in_parts = constants.iter().any(|template| template.parts.len() > 1);
+        let reach = 2.0 * bounds.iter().copied().fold(0.0, f64::max);
+        let is_narrow = near.decomposition().domain.has_images(reach) != [false; 3];
+        let several = is_narrow || constants.iter().any(|template| template.parts.len() > 1);
         Ok(Self {
             widest,
             order: IdOrder::new(NeighbourList::new(finder)),
-            forces: ContactForces::new(near.peers.len(), params.memory(), in_parts),
+            forces: ContactForces::new(near.peers.len(), params.memory(), several),
             context: ContactContext {
                 laws: params.contact.as_ref().map_or_else(Vec::new, laws),
                 params,
@@ -154,6 +163,7 @@ impl Native {
                 local,
                 substep: 0,
                 past: Vec::new(),
+                is_narrow,
             },
         })
     }
@@ -193,9 +203,13 @@ impl Native {
     fn advance_once(&mut self, comm: &Comm, dt: f64) -> Result<()> {
         let evaluated = self.evaluate_contacts(comm, dt);
         self.forces.reduce(comm, &self.context.near, &self.context.local);
+        let before = self.context.is_narrow.then(|| self.context.local.clone());
         let moved = self.integrate(dt);
         let ContactContext { near, local, substep, .. } = &mut self.context;
         local.refresh(near, comm);
+        if let Some(before) = before {
+            self.forces.rename(|key| followed(key, &near.decomposition().domain, [&before, local]));
+        }
         self.forces.history.hand_over(comm, &near.peers, |key| evaluating_rank_of(key, near, local));
         *substep += 1;
         evaluated.and(moved)
@@ -267,6 +281,16 @@ fn evaluating_rank_of(key: &ContactKey, near: &GhostLayer, local: &LocalParticle
     near.evaluating_rank_of([i, local.index_of(key.second)?], &local.store)
 }
 
+/// The key of a contact after particles, known `before` and `now`, have moved: another image may have become the nearest one.
+fn followed(key: &ContactKey, domain: &Domain, [before, now]: [&LocalParticles; 2]) -> ContactKey {
+    let nearest = |local: &LocalParticles| {
+        let at = |id: u64| local.index_of(id).map(|index| local.store.particles[index].position());
+        Some(domain.nearest_image(at(key.second)? - at(key.first)?))
+    };
+    let (Some(was), Some(is)) = (nearest(before), nearest(now)) else { return *key };
+    key.with_shift(domain.boxes(domain.shifted(was, key.shift()) - is))
+}
+
 /// The face of the box that a wrapped position lies beyond, e.g. `"z-"`.
 pub fn face_passed(domain: &Domain, position: Vec3) -> Option<&'static str> {
     const FACES: [[&str; 2]; 3] = [["x-", "x+"], ["y-", "y+"], ["z-", "z+"]];
@@ -298,35 +322,22 @@ fn started(particle: &Particle, constants: &[TemplateConstants], time: f64) -> P
     particle
 }
 
-/// The two largest bounding radii (m) among some and those of particles.
-fn widest(
-    [mut largest, mut second]: [f64; 2],
-    all: &[Particle],
-    constants: &[TemplateConstants],
-) -> [f64; 2] {
-    for particle in all {
-        let bound = constants[particle.template as usize].bound;
-        if bound > largest {
-            (largest, second) = (bound, largest);
-        } else if bound > second {
-            second = bound;
-        }
-    }
-    [largest, second]
+/// The largest bounding radius (m) among `widest` and those of particles.
+fn widest(widest: f64, all: &[Particle], constants: &[TemplateConstants]) -> f64 {
+    all.iter().map(|particle| constants[particle.template as usize].bound).fold(widest, f64::max)
 }
 
-/// Refuses a box in which a pair, the widest particles, could touch through two images: the engine considers only the nearest one.
-fn check_images(decomposition: &Decomposition, [largest, second]: [f64; 2]) -> Result<()> {
+/// Refuses a box in which a pair, the widest particles, could touch through more images than the engine looks at.
+fn check_images(decomposition: &Decomposition, widest: f64) -> Result<()> {
     let domain = &decomposition.domain;
     let size = domain.size();
     let round = (0..3).filter(|&i| domain.is_periodic(i));
     let edge = round.map(|i| size[i]).fold(f64::INFINITY, f64::min);
-    let needed = 2.0 * (largest + second);
-    if second > 0.0 && edge < needed {
+    let needed = 2.0 * widest / MOST_REACH;
+    if edge < needed {
         return Err(Error::Input(format!(
-            "the domain is {edge:.6e} m wide, but two particles with circumscribed radii (contact enlargement \
-             included) of {largest:.6e} m and {second:.6e} m could touch through two periodic images at once; \
-             make it at least {needed:.6e} m wide"
+            "the domain is {edge:.6e} m wide, too narrow for the periodic images of a particle that reaches {widest:.6e} m from its \
+             centre, contact enlargement included; make it at least {needed:.6e} m wide"
         )));
     }
     Ok(())
@@ -417,9 +428,9 @@ impl DemEngine for Native {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
         let memory = params.memory();
         let saved = Saved::load("native", parts, (near, local, params.walls.len()), memory)?;
-        self.widest = widest([0.0; 2], &saved.particles, templates);
+        self.widest = widest(0.0, &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
-        self.forces = ContactForces::new(near.peers.len(), memory, self.forces.in_parts);
+        self.forces = ContactForces::new(near.peers.len(), memory, self.forces.several);
         self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);
         Ok(())

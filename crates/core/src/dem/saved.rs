@@ -217,6 +217,11 @@ impl Saved {
     }
 }
 
+/// True for the contact of a body with an image of itself.
+fn is_with_itself(key: &ContactKey) -> bool {
+    key.first == key.second && key.shift() != [0; 3]
+}
+
 /// Constraints on a saved state.
 #[derive(Clone, Debug)]
 struct Case {
@@ -272,9 +277,9 @@ impl Case {
     fn is_sound(&self, part: &Saved, ids: &[u64]) -> std::result::Result<(), String> {
         let finite = |vectors: &[Vec3]| vectors.iter().flatten().all(|x| x.is_finite());
         let known = |id: u64| ids.binary_search(&id).is_ok();
-        let partner = |first: u64, second: u64| match ContactState::wall_of(second) {
+        let partner = |key: &ContactKey| match ContactState::wall_of(key.second) {
             Some(wall) => wall < self.walls,
-            None => first != second && known(second),
+            None => key.first != key.second && known(key.second) || is_with_itself(key),
         };
         let states = part.states.iter().map(ContactState::key);
         let mut pairs = part.records.iter().map(|(key, _)| key).chain(states);
@@ -286,8 +291,7 @@ impl Case {
         if let Some((particle, _)) = loads.find(|(_, load)| !finite(&[load.force, load.torque])) {
             return Err(format!("the load on particle {} is not finite", particle.id));
         }
-        if let Some(ContactKey { first, second, .. }) =
-            pairs.find(|key| !(known(key.first) && partner(key.first, key.second)))
+        if let Some(ContactKey { first, second, .. }) = pairs.find(|key| !(known(key.first) && partner(key)))
         {
             return Err(format!("it remembers a contact of {first} with {second}, which are not both there"));
         }
@@ -299,8 +303,8 @@ impl Case {
         }
         let mut records = part.records.iter();
         let is_none = |(key, memory): &(ContactKey, &[f64])| {
-            key.first >= key.second
-                || key.parts.iter().any(|&part| part as usize >= self.most_parts)
+            (key.first >= key.second && !is_with_itself(key))
+                || key.indices().iter().any(|&part| part as usize >= self.most_parts)
                 || !memory.iter().all(|x| x.is_finite())
         };
         if let Some((ContactKey { first, second, .. }, _)) = records.find(is_none) {

@@ -278,13 +278,16 @@ impl Limits<'_> {
                 if !(bodies[i].1 || bodies[j].1) || self.move_as_one(&bodies[i].0, &bodies[j].0) {
                     return None;
                 }
-                let offset = self.domain.nearest_image(b - a);
-                let depth = if first.has_closed_form() && second.has_closed_form() {
-                    let seen = overlap(Geometry::Exact, &first, &second, offset);
-                    seen.map_or(0.0, |overlap| overlap.depth)
-                } else {
-                    radius + other - offset.norm()
+                let depth = |offset: Vec3| {
+                    if first.has_closed_form() && second.has_closed_form() {
+                        let seen = overlap(Geometry::Exact, &first, &second, offset);
+                        seen.map_or(0.0, |overlap| overlap.depth)
+                    } else {
+                        radius + other - offset.norm()
+                    }
                 };
+                let images = self.domain.images(b - a, radii[i] + radii[j]);
+                let depth = images.map(depth).fold(f64::NEG_INFINITY, f64::max);
                 words(i, format!("particle {}", bodies[j].0.id), depth, thick.min(thin))
             })
         })

@@ -1,5 +1,6 @@
 use super::*;
 use crate::domain::Domain;
+use crate::particle::Particle;
 use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Sphere, Superellipsoid};
 use std::sync::Arc;
 use turbid_plot::Colours;

@@ -176,6 +176,8 @@ pub(super) struct ContactContext {
     pub(super) substep: u64,
     /// Loads of the previous sub-step by particle, if a law needs them.
     pub(super) past: Vec<Load>,
+    /// True if the box is so narrow that a body may meet several images of another, or its own.
+    pub(super) is_narrow: bool,
 }
 
 impl ContactContext {
@@ -188,6 +190,19 @@ impl ContactContext {
     pub(super) fn part(&self, index: PartIndex) -> (&Particle, &PartConstants) {
         let particle = &self.local.store.particles[index.particle as usize];
         (particle, &self.constants(particle).parts[index.part as usize])
+    }
+
+    /// Shift (boxes) of the second body from its nearest image, of two parts `offset` (m) apart; none if they are parts of one body.
+    pub(super) fn shift(&self, parts: [PartIndex; 2], offset: Vec3) -> Option<[i8; 3]> {
+        let is_one = parts[0].particle == parts[1].particle;
+        if !self.is_narrow {
+            return (!is_one).then_some([0; 3]);
+        }
+        let [(a, one), (b, other)] = parts.map(|index| self.part(index));
+        let [arm, its] = [one.arm(a), other.arm(b)].map(Option::unwrap_or_default);
+        let domain = self.near.decomposition().domain;
+        let shift = domain.boxes(offset + arm - its - domain.nearest_image(b.position() - a.position()));
+        (!is_one || shift != [0; 3]).then_some(shift)
     }
 
     /// The parts of the owned particles.
@@ -236,7 +251,7 @@ impl ContactContext {
     }
 
     /// Contacts of pairs of particles that this rank evaluates, in ascending order of their ids, with sub-steps of `dt`
-    /// (s), and the films between them.
+    /// (s), and the films between them. A particle may meet images of itself.
     pub(super) fn pairs(
         &self,
         model: &ContactModel,
@@ -250,20 +265,22 @@ impl ContactContext {
         let mut outcome = Ok(());
         for neighbour in list.find(positions, radii) {
             let [p, q] = neighbour.pair.map(|k| k as usize);
-            let (offset, reach) = (domain.nearest_image(positions[q] - positions[p]), radii[p] + radii[q]);
+            let (offset, reach) = (neighbour.offset(&domain, positions), radii[p] + radii[q]);
             if offset.norm_squared() > reach * reach * (1.0 + SLACK) {
                 continue;
             }
             let indices = [p, q].map(|k| parts[k]);
             let [i, j] = indices.map(|index| index.particle as usize);
-            if i == j || near.evaluating_rank_of([i, j], store) != Some(near.rank) {
+            let Some(shift) = self.shift(indices, offset) else { continue };
+            if near.evaluating_rank_of([i, j], store) != Some(near.rank) {
                 continue;
             }
             let [(a, one), (b, other)] = indices.map(|index| self.part(index));
             let (bodies, turns) = ([&one.body(a), &other.body(b)], [&rotations[p], &rotations[q]]);
             let hint = &mut neighbour.hint;
             let film = self.between(model, indices, offset, (rates, dt));
-            let key = ContactKey { first: a.id, second: b.id, parts: indices.map(|index| index.part) };
+            let parts = indices.map(|index| index.part);
+            let key = ContactKey { first: a.id, second: b.id, parts }.with_shift(shift);
             let touched = [Some(i), Some(j)];
             let [first, second] = [a, b].map(|p| self.constants(p));
             let held = first.motion.is_complete() && second.motion.is_complete();

@@ -163,11 +163,14 @@ impl ContactContext {
         for neighbour in list {
             let [p, q] = neighbour.pair.map(|k| k as usize);
             let [i, j] = [p, q].map(|k| parts[k].particle as usize);
-            if i == j || i.min(j) >= store.owned {
+            if i.min(j) >= store.owned {
                 continue;
             }
-            let pair = [p, q].map(|k| self.part(parts[k]));
-            let offset = domain.nearest_image(positions[q] - positions[p]);
+            let (indices, offset) = ([p, q].map(|k| parts[k]), neighbour.offset(&domain, positions));
+            if self.shift(indices, offset).is_none() {
+                continue;
+            }
+            let pair = indices.map(|index| self.part(index));
             if let Some(Placed { film, .. }) = Self::film(lubrication, pair, offset) {
                 let [first, second] = film.rates(pair.map(|(particle, _)| self.mobility(particle)));
                 add(i, first);

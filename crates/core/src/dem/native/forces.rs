@@ -18,8 +18,8 @@ pub(super) struct ContactForces {
     pub(super) history: History,
     /// Number of contacts that began since the start.
     pub(super) begun: u64,
-    /// True if there are bodies of several parts: two of them may have several contacts.
-    pub(super) in_parts: bool,
+    /// True if two bodies may have several contacts: by their parts, or by their images in a narrow box.
+    pub(super) several: bool,
     /// Contacts of this sub-step, first those of pairs, then those with walls.
     pub(super) states: Vec<ContactState>,
     /// Contact force and torque by owned particle, after [`reduce`](Self::reduce).
@@ -103,10 +103,11 @@ pub(super) struct ContactInput<'a> {
 }
 
 impl ContactForces {
-    /// For a rank with this number of peers, a law that remembers `memory` numbers of a contact, and bodies of several parts or none.
-    pub(super) fn new(peers: usize, memory: usize, in_parts: bool) -> Self {
+    /// For a rank with this number of peers, a law that remembers `memory` numbers of a contact, and two bodies that have several contacts or
+    /// one.
+    pub(super) fn new(peers: usize, memory: usize, several: bool) -> Self {
         let history = History::new(Records::new(memory));
-        Self { messages: vec![Vec::new(); peers], history, in_parts, ..Self::default() }
+        Self { messages: vec![Vec::new(); peers], history, several, ..Self::default() }
     }
 
     /// Begins a sub-step.
@@ -119,6 +120,14 @@ impl ContactForces {
     /// Ends the contacts of the sub-step.
     pub(super) fn finish(&mut self) {
         self.history.advance();
+    }
+
+    /// Gives the contacts the keys that they have after particles have moved.
+    pub(super) fn rename(&mut self, name: impl Fn(&ContactKey) -> ContactKey) {
+        self.history.rename(&name);
+        for state in &mut self.states {
+            state.parts = name(&state.key()).parts;
+        }
     }
 
     /// Contacts of the sub-step, ascending by key.
@@ -173,6 +182,15 @@ impl ContactForces {
             volume: pair.volume,
         });
         let (ids, forces) = ([first, second], [force, -force]);
+        if let [Some(index), Some(other)] = pair.indices
+            && index == other
+        {
+            // On a body and its image act opposite forces: of those on the body a torque remains.
+            let [to, partner] = ids;
+            let torque = (torques[0] + torques[1]).into();
+            self.add_to(index, PairForce { to, partner, force: [0.0; 3], torque }, near, store);
+            return;
+        }
         for (side, index) in pair.indices.into_iter().enumerate() {
             if let Some(index) = index {
                 let force = PairForce {
@@ -208,12 +226,12 @@ impl ContactForces {
                 }
             }
             // Without messages they are in order already: pairs are, and lower partners come first.
-            if self.local.len() > before && !self.in_parts {
+            if self.local.len() > before && !self.several {
                 self.local.sort_unstable_by_key(|(index, force)| (*index, force.partner));
             }
         }
-        if self.in_parts {
-            // All contacts of two bodies come from one rank, in the order of their parts, which a stable sort keeps.
+        if self.several {
+            // All contacts of two bodies come from one rank, in the order of their parts and images, which a stable sort keeps.
             self.local.sort_by_key(|(index, force)| (*index, force.partner));
         }
         self.totals.clear();

@@ -103,17 +103,17 @@ fn nothing_is_remembered_of_the_contacts_of_a_particle_that_leaves_on_2_ranks() 
 }
 
 #[test]
-fn a_particle_that_could_touch_another_through_two_images_is_refused() {
+fn a_particle_that_is_too_large_for_its_images_is_refused() {
     let sphere =
         |radius| Template { shape: Arc::new(crate::shape::Sphere { radius }), density: 1.0, material: 0 };
     let domain = Domain { faces: Domain::faces([true; 3]), cells: [8; 3], dx: 1e-3 };
     let params = NativeParams { walls: Vec::new(), ..params() };
     let cut = Decomposition::new(domain, 1).unwrap();
-    let templates = [sphere(1.8e-3), sphere(2.3e-3)].into();
+    let templates = [sphere(1.8e-3), sphere(5.7e-3)].into();
     let first = [Particle::at(0, 0, Vec3::zeros())];
     let mut engine = Native::new(params, cut, 0, templates, &first).unwrap();
     let refused = engine.insert(&[Particle::at(1, 1, Vec3::repeat(4e-3))], 0.0).unwrap_err().to_string();
-    assert!(refused.contains("through two periodic images"), "{refused}");
+    assert!(refused.contains("for the periodic images"), "{refused}");
     engine.insert(&[Particle::at(1, 0, Vec3::repeat(4e-3))], 0.0).unwrap();
     assert_eq!((engine.particles().owned, engine.next_id()), (2, Some(2)));
 }

@@ -285,17 +285,6 @@ fn sampled_contacts_bounce_much_like_exact_ones() {
 }
 
 #[test]
-fn a_box_in_which_a_pair_could_touch_twice_is_refused_in_words() {
-    let tiny =
-        Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells: [16, 4, 16], dx: 0.9e-3 }, 1)
-            .unwrap();
-    let at = |id| Particle::at(id, 0, Vec3::zeros());
-    let refused = Native::new(dry(MATERIAL), tiny.clone(), 0, templates(), &[at(0), at(1)]).unwrap_err();
-    assert!(refused.to_string().contains("two periodic images"), "{refused}");
-    assert!(Native::new(dry(MATERIAL), tiny, 0, templates(), &[at(0)]).is_ok(), "one alone may be");
-}
-
-#[test]
 fn what_leaves_the_range_of_the_method_is_reported_by_its_rank_and_no_rank_hangs_on_4_ranks() {
     let good = Particle::at(1, 0, Vec3::new(2e-3, 2e-3, 2e-3));
     let at = Vec3::new(13e-3, 13e-3, 13e-3);

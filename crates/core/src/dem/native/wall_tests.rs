@@ -347,7 +347,7 @@ fn what_gets_behind_a_wall_or_out_of_the_box_is_named_with_the_wall() {
 }
 
 #[test]
-fn only_periodic_directions_need_room_for_two_images() {
+fn only_periodic_directions_need_room_for_images() {
     // Closed in z and only two diameters high.
     let low = Domain { cells: [12, 12, 4], ..TANK };
     let all =
@@ -358,7 +358,7 @@ fn only_periodic_directions_need_room_for_two_images() {
         let cut = Decomposition::new(Domain { faces: Domain::faces(periodic), ..low }, 1).unwrap();
         let wide = spheres()
             .iter()
-            .map(|t| Template { shape: Arc::new(Sphere { radius: 1.1e-3 }), ..t.clone() })
+            .map(|t| Template { shape: Arc::new(Sphere { radius: 2.9e-3 }), ..t.clone() })
             .collect();
         Native::new(params, cut, 0, wide, &all)
     };
