@@ -1,17 +1,18 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
 use super::checks::Document;
-use super::file::{LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
+use super::file::{Axis, LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
 use super::files::Files;
 use super::listed::Listed;
 use super::materials::Materials;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::mesh;
 use crate::particle::Template;
 use crate::shape::{
-    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, polyhedron,
+    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, Through,
+    polyhedron,
 };
 use std::cell::RefCell;
 use std::ops::Range;
@@ -106,7 +107,7 @@ impl Kinds {
                 Some(wanted) => wanted / shapes.build(1.0)?.0.equivalent_diameter(),
                 None => 1.0,
             };
-            let (shape, rotation) = shapes.build(scale)?;
+            let (shape, mut rotation) = shapes.build(scale)?;
             if index == 0 {
                 all.diameter = shape.equivalent_diameter();
             }
@@ -167,7 +168,14 @@ impl Kinds {
                     Some(body) => Arc::new(body.scaled(size)),
                     None => shapes.build(scale * size)?.0,
                 };
+                let shape = match section.through {
+                    None => shape,
+                    Some(axis) => through(document, &key, shape, (axis, &rotation))?,
+                };
                 all.templates.push(Template { shape, density: section.density, material });
+            }
+            if let Some(axis) = section.through {
+                rotation = laid_along(axis) * rotation;
             }
             let templates = all.templates[first..].iter().zip(first..);
             let mut by_diameter: Vec<(f64, usize)> =
@@ -186,6 +194,34 @@ impl Kinds {
         let sections = self.sections.iter().enumerate();
         sections.flat_map(|(n, kind)| std::iter::repeat_n(property(n, kind), kind.fractions.len())).collect()
     }
+}
+
+/// The rotation that lays the z axis along an axis of the box.
+fn laid_along(axis: Axis) -> Quat {
+    let turn = |w: f64, s: f64| Quat::new_unchecked(Quaternion::new(w, s, s, s));
+    match axis {
+        Axis::X => turn(0.5, 0.5),
+        Axis::Y => turn(0.5, -0.5),
+        Axis::Z => Quat::identity(),
+    }
+}
+
+/// A shape that goes through the box along an axis, on which its z axis is laid; `rotation` leads to the axes in which it is given.
+fn through(
+    document: &Document,
+    key: &str,
+    shape: Arc<dyn Shape>,
+    (axis, rotation): (Axis, &Quat),
+) -> Result<Arc<dyn Shape>> {
+    let kind = shape.kind();
+    let own = Through::new(shape, axis as usize, rotation.inverse_transform_vector(&Vec3::z()));
+    own.map(|own| Arc::new(own) as _).ok_or_else(|| {
+        let key = format!("{key}.through");
+        let title = format!("`{key}` is given, but the {kind} is no cylinder or prism along its z axis");
+        let remedy =
+            "bodies that go through the box are cylinders, cuboids, and polyhedra with side faces along z";
+        document.error(&key, &title, "not this shape", remedy)
+    })
 }
 
 /// Factors on all lengths of a shape of this diameter (m), and the share of the particles that has each.

@@ -14,7 +14,9 @@ use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Review;
 use super::schedule::{Known, of_machine, reschedule, title};
-use super::space::{domain, refuse_double_contacts, refuse_shared_cells, refuse_what_is_too_large};
+use super::space::{
+    domain, refuse_double_contacts, refuse_passages, refuse_shared_cells, refuse_what_is_too_large,
+};
 use super::walls::{free_volume, walls};
 use super::{Provenance, RunPlan, Setup};
 use crate::document::Source;
@@ -168,10 +170,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         enlargement: if contact.is_some() { enlargement } else { 0.0 },
     };
     let (mut particles, random, shared) = placer.place(places, &mut warnings, &mut notes)?;
+    let sections = kinds.of_each(|section, _| section);
+    refuse_passages(document, &domain, (templates, &sections), (&motions, &engine), &particles)?;
     if let Some(flow) = fluid.as_ref().and_then(|fluid| fluid.start) {
         flow.carry(&placer, &motions, &mut particles);
     }
-    let sections = kinds.of_each(|section, _| section);
     agitate(document, &sections, (&kinds.templates, &motions), &mut particles)?;
     if contact.is_some() && engine != EngineChoice::Native {
         refuse_double_contacts(document, &domain, &reaches, (kinds.diameter, &particles))?;

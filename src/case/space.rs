@@ -5,18 +5,20 @@ use super::dry;
 use super::file::{LatticeSection, Size};
 use super::kinds::Kinds;
 use crate::coupling::Method;
-use crate::dem::native::MOST_REACH;
 use crate::domain::Domain;
 use crate::engine::EngineChoice;
 use crate::error::Result;
-use crate::particle::Particle;
-use crate::shape::Shape;
+use crate::math::Vec3;
+use crate::particle::{Particle, PrescribedMotion, Template};
+use crate::shape::{Passage, Shape};
 
 /// More cells than any machine of today holds.
 const MAX_CELLS: f64 = 1e12;
 /// Edge of a box (m), and the same over the diameter of the particles (-), from which the unit is asked for.
 const DOUBTFUL_EDGE: f64 = 1.0;
 const DOUBTFUL_DIAMETERS: f64 = 200.0;
+/// Difference of directions, and of lengths over the length, that is rounding.
+const ALIGNED: f64 = 1e-9;
 /// Fewest cells across a body with which the fluid resolves it.
 const THINNEST_CELLS: f64 = 4.0;
 
@@ -104,12 +106,66 @@ fn whole_cells(domain: &Domain, diameter: f64, length: f64) -> String {
     format!("{metres} m or {diameters} diameters")
 }
 
+/// Largest distance of a point of a body from its centre (m), of one that goes through the box from its axis.
+fn width_of(shape: &dyn Shape) -> f64 {
+    shape.passage().map_or_else(|| shape.circumradius(), |passage| passage.radius)
+}
+
+/// Refuses bodies that go through the box, but are not as long as it, do not move as they must, lie askew, or are moved by an external
+/// engine.
+pub(super) fn refuse_passages(
+    document: &Document,
+    domain: &Domain,
+    (templates, sections): (&[Template], &[usize]),
+    (motions, engine): (&[PrescribedMotion], &EngineChoice),
+    particles: &[Particle],
+) -> Result<()> {
+    for (template, (Template { shape, .. }, section)) in templates.iter().zip(sections).enumerate() {
+        let Some(Passage { axis, along, length, .. }) = shape.passage() else { continue };
+        let (name, edge, motion) = (["x", "y", "z"][axis], domain.size()[axis], &motions[*section]);
+        let key = |key: &str| format!("particles.{section}{key}");
+        let turns = motion.angular_velocity.largest();
+        let askew = |particle: &&Particle| {
+            let lies = particle.orientation() * along;
+            particle.template == template as u64 && (lies - Vec3::ith(axis, 1.0)).norm() > ALIGNED
+        };
+        let (at, title, remedy) = if !domain.is_periodic(axis) {
+            let remedy = "between walls a body of their distance touches both; remove the key".to_string();
+            (key(".through"), format!("the box is not periodic in {name}"), remedy)
+        } else if (length - edge).abs() > ALIGNED * edge {
+            let title = format!("the body is {length} m long, but the box {edge} m in {name}");
+            (key(".shape"), title, format!("make it {edge} m long"))
+        } else if *engine != EngineChoice::Native {
+            let title = "only the native engine has bodies that go through the box".to_string();
+            (key(".through"), title, "take dem.engine = \"native\"".to_string())
+        } else if !motion.is_complete() {
+            let title = "bodies that go through the box must not move freely".to_string();
+            (key(".through"), title, "set motion = \"fixed\", or prescribe all of it".to_string())
+        } else if (0..3).any(|i| i != axis && turns[i] != 0.0) {
+            let title = format!("bodies that go through the box in {name} turn about {name} alone");
+            (key(".motion"), title, "remove the other components of `angular_velocity`".to_string())
+        } else if let Some(particle) = particles.iter().find(askew) {
+            let title =
+                format!("particle {} goes through the box in {name}, but does not lie along it", particle.id);
+            (key(""), title, format!("turn it about {name} alone: its z axis is along {name} already"))
+        } else {
+            continue;
+        };
+        return Err(document.error(&at, &title, "not through this box", &remedy));
+    }
+    Ok(())
+}
+
 /// Length (m) that periodic directions must have for a body that reaches `reach` (m) from its centre with contacts, which it has or not:
 /// it may not overlap images of itself, and an engine does not look at all images. An external one looks at the nearest alone.
 fn least_edge(shape: &dyn Shape, reach: Option<f64>, engine: &EngineChoice) -> f64 {
-    let width = 2.0 * shape.circumradius();
+    let width = 2.0 * width_of(shape);
     match (engine, reach) {
-        (EngineChoice::Native, reach) => width.max(2.0 * reach.unwrap_or(0.0) / MOST_REACH),
+        // What it reaches beyond its surface is a small part of the box, also of one that goes through it.
+        (EngineChoice::Native, reach) => {
+            let beyond = reach.map_or(0.0, |reach| reach - shape.circumradius());
+            width.max((width + 2.0 * beyond) / Domain::MOST_REACH)
+        }
         (_, reach) => 2.0 * width.max(2.0 * reach.unwrap_or(0.0)),
     }
 }
@@ -138,11 +194,12 @@ pub(super) fn refuse_what_is_too_large(
         let marks = [(&*shape, "too large for"), ("domain.size", "this box")];
         for template in kind.templates().filter(|template| reaches[*template] > 0.0) {
             let shape = &kinds.templates[template].shape;
-            let (width, thickness) = (2.0 * shape.circumradius(), shape.thickness());
+            let (width, thickness) = (2.0 * width_of(&**shape), shape.thickness());
             let native = *engine == EngineChoice::Native;
             let reach = touching(reaches[template]).filter(|_| native);
             let least = if native { least_edge(&**shape, reach, engine) } else { 2.0 * width };
-            for i in 0..3 {
+            let along = shape.passage().map(|passage| passage.axis);
+            for i in (0..3).filter(|i| Some(*i) != along) {
                 let (edge, axis) = (used[i], ["x", "y", "z"][i]);
                 if domain.is_periodic(i) && least > edge * (1.0 + 1e-9) {
                     let title = if native {
@@ -184,7 +241,7 @@ pub(super) fn refuse_shared_cells(
     // A cell more, by which a body moves at most in a step.
     let layer = 2.0 * (method.half_layer() + 1.0) * domain.dx;
     let present = kinds.templates.iter().zip(reaches).filter(|(_, reach)| **reach > 0.0);
-    let widest = present.map(|(template, _)| 2.0 * template.shape.circumradius()).fold(0.0, f64::max);
+    let widest = present.map(|(template, _)| 2.0 * width_of(&*template.shape)).fold(0.0, f64::max);
     let narrow = (0..3).find(|&i| domain.is_periodic(i) && domain.size()[i] < widest + layer);
     let Some(i) = narrow.filter(|_| widest > 0.0) else { return Ok(()) };
     let (edge, axis) = (domain.size()[i], ["x", "y", "z"][i]);

@@ -3,7 +3,7 @@
 use crate::common::in_tree;
 use turbid::case;
 use turbid::output::{OutputFiles, SeriesTable, Summary};
-use turbid::simulation::{self, RunOptions};
+use turbid::simulation::{self, RunOptions, Simulation};
 
 /// Drag factor of a simple-cubic array at the volume fraction 0.125, doi:10.1017/S0022112082000627.
 const ZICK_HOMSY: f64 = 4.292;
@@ -63,4 +63,43 @@ fn fixed_bodies_in_a_gravity_field_are_said_to_have_buoyancy_in_the_force_of_the
     let said = notes("driving.gravity=9.80665");
     assert!(said.len() == 1 && said[0].contains("`particles.0`") && said[0].contains("`drag`"), "{said:?}");
     assert!(notes("driving.gravity=0.0").is_empty());
+}
+
+#[test]
+fn the_drag_on_a_square_array_of_endless_cylinders_is_that_of_the_literature_along_each_axis() {
+    // Force per length over viscosity and superficial velocity, Sangani and Acrivos (1982), doi:10.1016/0301-9322(82)90029-5.
+    for (fraction, expected, axis) in [(0.2_f64, 51.53, "z"), (0.2, 51.53, "x"), (0.4, 217.89, "y")] {
+        let cells = 24.0_f64;
+        let diameter = cells * 2.0 * (fraction / std::f64::consts::PI).sqrt();
+        let along = ["x", "y", "z"].iter().position(|name| *name == axis).unwrap();
+        let flow = (along + 1) % 3;
+        let (mut size, mut drive) = ([cells * 1e-4; 3], [0.0; 3]);
+        (size[along], drive[flow]) = (4e-4, 1e-3);
+        let text = format!(
+            "domain.size = {size:?}\n\
+             fluid = {{ density = 1000, viscosity = 1e-5, precision = \"f64\" }}\n\
+             lattice = {{ cells_per_diameter = 10, relaxation_time = 0.8 }}\n\
+             driving = {{ gravity = 0, force_balance = \"fluid_only\", zero_net_flux = false, body_acceleration = {drive:?} }}\n\
+             run.end.steps = 6000\n\
+             [[particles]]\n\
+             shape.sphere.diameter = 1e-3\n\
+             density = 1000\n\
+             count = 0\n\
+             [[particles]]\n\
+             shape.cylinder = {{ diameter = {:e}, length = 4e-4 }}\n\
+             density = 1000\n\
+             through = \"{axis}\"\n\
+             motion = \"fixed\"\n\
+             list = [[1.2e-3, 1.2e-3, 1.2e-3]]\n",
+            diameter * 1e-4
+        );
+        let setup = case::from_text(&text, "cylinders", &[]).unwrap_or_else(|e| panic!("{e}"));
+        assert!((setup.volume_fraction - fraction).abs() < 1e-6, "{}", setup.volume_fraction);
+        let mut run = Simulation::solo(&setup).unwrap();
+        run.advance(6000).unwrap();
+        let velocity = run.mean_flow().velocity[flow];
+        let drag = 1e-3 * (cells * 1e-4).powi(2) / (1e-5 * velocity);
+        println!("{fraction} along {axis}: {drag:.2} for {expected}");
+        assert!((drag / expected - 1.0).abs() < 0.02, "{fraction} along {axis}: {drag} for {expected}");
+    }
 }

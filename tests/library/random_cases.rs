@@ -136,6 +136,19 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         let place: [f64; 3] = std::array::from_fn(|_| random.random_range(0.0..1.4e-3));
         writeln!(text, "[[particles]]\nshape = {{ {shape} }}\ndensity = 2000\nlist = [{place:?}]").unwrap();
     }
+    if random.random_bool(0.1) {
+        let axis = random.random_range(0..3_usize);
+        let (length, name) = (size[axis], ["x", "y", "z"][axis]);
+        let side = format!("cuboid = {{ edges = [5e-4, 4e-4, {length}] }}");
+        let round = format!("cylinder = {{ diameter = 5e-4, length = {length} }}");
+        let shape = if lubricated || random.random_bool(0.5) { side } else { round };
+        writeln!(
+            text,
+            "[[particles]]\nshape = {{ {shape} }}\nthrough = \"{name}\"\ndensity = 2000\nlist = [[0, 0, 0], [7e-4, 7e-4, 7e-4]]\n\
+             motion = {{ velocity = [0.01, -0.02, 0.03] }}"
+        )
+        .unwrap();
+    }
     let drive = DRIVES.choose(random).unwrap();
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));

@@ -33,7 +33,8 @@ pub mod sphere_sphere;
 #[cfg(test)]
 mod tests;
 
-use crate::shape::Shape;
+use crate::math::Vec3;
+use crate::shape::{Passage, Shape};
 pub use friction::{Friction, RelativeMotion};
 pub use impact::SpherePair;
 pub use law::{PairLaw, PairProperties};
@@ -85,10 +86,28 @@ impl ContactModel {
     /// Distance from the centre of a body within which it may act on another one, or a wall on it (m). Ghosts, the search of pairs
     /// and the smallest box follow from it.
     pub fn reach(&self, shape: &Arc<dyn Shape>) -> f64 {
+        if let Some(Passage { radius, length, .. }) = shape.passage() {
+            return Vec3::new(self.across(radius), 0.5 * length, 0.0).norm();
+        }
         let film = shape.circumradius() + 0.5 * self.lubrication.map_or(0.0, |film| film.range());
         let grown = |shape: &Arc<dyn Shape>| GrownShape::new(shape.clone(), self.enlargement).reach();
         let parts = shape.parts().iter().map(|part| part.position.norm() + grown(&part.shape));
         parts.fold(grown(shape).max(film), f64::max)
+    }
+
+    /// The same from the axis of a body that goes through the box, all of whose points lie within a radius (m).
+    fn across(&self, radius: f64) -> f64 {
+        // Edges of a prism grow by more than its faces.
+        radius + (2.0 * self.enlargement).max(0.5 * self.lubrication.map_or(0.0, |film| film.range()))
+    }
+
+    /// The same along the axes of the box beyond its periodic images: none along that of a body that goes
+    /// [through](Shape::passage) the box, and across it from its axis.
+    pub fn reach_along(&self, shape: &Arc<dyn Shape>) -> Vec3 {
+        let reach = self.reach(shape);
+        let Some(Passage { axis, radius, .. }) = shape.passage() else { return Vec3::repeat(reach) };
+        let across = self.across(radius);
+        Vec3::from_fn(|i, _| if i == axis { 0.0 } else { across })
     }
 }
 

@@ -31,6 +31,10 @@ pub struct Domain {
 }
 
 impl Domain {
+    /// Longest reach of two bodies together, in edges of the box, for which the nearest image and those [beside it](Self::shifts) are all
+    /// that may touch.
+    pub const MOST_REACH: f64 = 1.4;
+
     /// Faces of a box that is periodic in some directions, with walls in the others.
     pub const fn faces(periodic: [bool; 3]) -> [Face; 6] {
         let mut faces = [Face::Wall; 6];
@@ -101,7 +105,7 @@ impl Domain {
     }
 
     /// Shifts (boxes) from the nearest image of a difference to the images that may be at most `reach` (m) long, itself included: along
-    /// each axis by one at most, so `reach` is less than one and a half edges.
+    /// each axis by one at most.
     pub fn shifts(&self, reach: f64) -> impl Iterator<Item = [i8; 3]> + use<> {
         let most = self.has_images(reach).map(i8::from);
         let along = move |i: usize| -most[i]..=most[i];

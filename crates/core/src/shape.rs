@@ -13,6 +13,7 @@ mod row;
 pub mod sphere;
 pub mod superellipsoid;
 mod surface;
+pub mod through;
 
 use crate::math::{Quat, Vec3};
 pub use capsule::Capsule;
@@ -26,6 +27,7 @@ pub use sphere::Sphere;
 use std::fmt::Debug;
 use std::sync::Arc;
 pub use superellipsoid::Superellipsoid;
+pub use through::{Passage, Through};
 
 /// Closed triangle mesh of a surface, counter-clockwise seen from outside.
 #[derive(Clone, Debug, Default)]
@@ -116,6 +118,11 @@ pub trait Shape: Send + Sync + Debug {
     /// mass and extent those of the whole.
     fn parts(&self) -> &[Part] {
         &[]
+    }
+
+    /// The way the body goes through the periodic faces of the box, if it does: it is its own continuation, without ends.
+    fn passage(&self) -> Option<Passage> {
+        None
     }
 
     /// The radius if the body is a sphere: pairs of spheres have closed-form contacts.

@@ -1,5 +1,6 @@
 //! Kinds of particles as the user writes them.
 
+use super::Axis;
 use super::motion::MotionSection;
 use super::shapes::ShapeSection;
 use crate::document::{non_negative, one_of, positive};
@@ -17,6 +18,9 @@ use std::collections::BTreeMap;
 pub struct ParticleSection {
     /// Geometry.
     pub shape: ShapeSection,
+    /// Axis of the box along which the bodies go through its periodic faces, without ends: cylinders, cuboids and prisms whose z axis is laid
+    /// along it, as long as the box. Their whole motion is prescribed, and they turn about that axis alone. Default: none.
+    pub through: Option<Axis>,
     /// Density (kg/m^3).
     #[schemars(transform = positive)]
     pub density: f64,

@@ -6,6 +6,29 @@ use crate::common::case::{SPHERES, changed};
 use crate::common::has;
 
 #[test]
+fn bodies_that_cannot_go_through_the_box_are_refused() {
+    let random = "volume_fraction = 0.1\nseed = 1";
+    let rod = |length: &str, more: &str| {
+        format!(
+            "count = 0\n[[particles]]\nshape = {{ cylinder = {{ diameter = 1e-3, length = {length} }} }}\ndensity = 2000\n\
+             through = \"x\"\n{more}"
+        )
+    };
+    let sphere = format!("{random}\nthrough = \"z\"");
+    let listed = |length: &str, motion: &str| rod(length, &format!("{motion}list = [[1e-3, 1e-3, 1e-3]]"));
+    let rows = [
+        (sphere, "is no cylinder or prism along its z axis"),
+        (listed("5e-3", "motion = \"fixed\"\n"), "0.006 m in x"),
+        (listed("6e-3", ""), "must not move freely"),
+        (listed("6e-3", "motion = { angular_velocity = [1, 2, 0] }\n"), "turn about x alone"),
+        (rod("6e-3", "motion = \"fixed\"\ncount = 1"), "does not lie along it"),
+    ];
+    for (particles, expected) in &rows {
+        all_refused(&[(random, particles.as_str(), &["bad.toml:", "through", *expected])]);
+    }
+}
+
+#[test]
 fn motions_that_are_none_are_refused() {
     all_refused(&[
         (

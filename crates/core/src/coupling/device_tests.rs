@@ -10,7 +10,7 @@ use crate::domain::Domain;
 use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
 use crate::particle::Template;
 use crate::shape::composite::tests::dumbbell;
-use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere};
+use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Through};
 use crate::wall::Wall;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -113,6 +113,10 @@ fn templates() -> Arc<[Template]> {
         Arc::new(Cylinder::new(3.1 * dx, 3.6 * dx).unwrap()),
         Arc::new(Ellipsoid::new(Vec3::new(3.0, 4.0, 5.1) * dx).unwrap()),
         dumbbell(2.6 * dx),
+        Arc::new(
+            Through::new(Arc::new(Cuboid::new(Vec3::new(5.0, 6.0, 12.0) * dx).unwrap()), 2, Vec3::z())
+                .unwrap(),
+        ),
     ];
     shapes.into_iter().map(|shape| Template { shape, material: 0, density: 2000.0 }).collect()
 }
@@ -126,7 +130,7 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
         .map(|i| {
             let at = |k: f64| (f64::from(i) * k + 0.011 * time * (1.0 + 0.2 * f64::from(i % 3))) % 1.0;
             let position = Vec3::new(at(0.137), at(0.31), at(0.73)).component_mul(&size);
-            let mut particle = Particle::at(i as u64, (i % 6) as usize, position);
+            let mut particle = Particle::at(i as u64, (i % 7) as usize, position);
             particle.velocity = [0.4, -0.3 + 0.05 * f64::from(i), 0.2];
             particle.angular_velocity = [0.3, 0.1 * f64::from(i), -0.2];
             particle.set_orientation(&crate::math::Quat::from_euler_angles(
@@ -167,7 +171,7 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
             let wave = |a: usize| libm::sin(2.0 * PI * cell[a] as f64 / scene.cells[a] as f64);
             (1.0 + 0.01 * wave(0), [0.02 * wave(1), 0.01 * wave(2), -0.02 * wave(0)])
         });
-        let reach = 6.5 * UNITS.dx;
+        let reach = 7.3 * UNITS.dx;
         let mut coupling = Coupling::new(coupled(method), &decomposition, comm.rank(), reach);
         if let Some(device) = device {
             fluid.use_device(device, &mut coupling).unwrap();

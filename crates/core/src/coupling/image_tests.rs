@@ -6,7 +6,7 @@ use crate::comm::on_threads;
 use crate::fluid::Boundary;
 use crate::math::Quat;
 use crate::shape::composite::tests::dumbbell;
-use crate::shape::{Cylinder, Sphere};
+use crate::shape::{Cuboid, Cylinder, Sphere, Through};
 use std::sync::Arc;
 
 const CELLS: usize = 16;
@@ -78,6 +78,65 @@ fn a_body_alone_in_its_period_feels_what_each_of_8_feels_in_twice_the_box_on_any
                 println!("{method:?} {shape:?}: {force:.1e} of {:.1e}, {torque:.1e}", alone.force.norm());
                 assert!(force < 1e-11 * alone.force.norm() && torque < 1e-11 * alone.torque.norm());
             }
+        }
+    }
+}
+
+/// Loads on a body that goes through a box of this length along z at a place along it.
+fn loads_through(method: Method, shape: &Arc<dyn Shape>, length: usize, z: f64, blocks: usize) -> Load {
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: [20, 16, length], dx: 1.0 };
+    let decomposition = Decomposition::with_grid(domain, [2, 1, blocks]);
+    let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
+    let templates: Arc<[Template]> = [Template { shape: shape.clone(), material: 0, density: 2.0 }].into();
+    let parts = on_threads(decomposition.ranks(), |comm| {
+        let params = fluid_for(method);
+        let mut fluid = Fluid::<f64>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
+        let params = CouplingParams { units, ..coupled(method) };
+        let mut coupling = Coupling::new(params, &decomposition, comm.rank(), shape.circumradius());
+        let mut load = None;
+        for step in 0..40 {
+            let velocity = Vec3::new(0.02, -0.01, 0.05);
+            let position = Vec3::new(18.7, 7.2, z) + velocity * f64::from(step);
+            let mut body = Particle::at(0, 0, domain.wrap(position));
+            (body.velocity, body.angular_velocity) = (velocity.into(), [0.0, 0.0, 0.01]);
+            body.set_orientation(&Quat::from_scaled_axis(Vec3::z() * (0.3 + 0.01 * f64::from(step))));
+            let owner = decomposition.owner(body.position());
+            let owned = usize::from(owner == comm.rank());
+            let owners = vec![owner as u32];
+            let store = ParticleStore { templates: templates.clone(), particles: vec![body], owned, owners };
+            coupling.map(&store);
+            coupling.sweep(&mut fluid, [1e-5, 2e-5, 3e-5], false);
+            fluid.exchange();
+            load = coupling.loads(&store, Vec3::zeros(), &comm).first().copied().filter(|_| owned == 1);
+        }
+        load
+    });
+    parts.into_iter().flatten().next().expect("a rank has the body")
+}
+
+#[test]
+fn a_body_that_goes_through_the_box_feels_the_same_per_length_in_any_box_wherever_its_centre_is() {
+    for shape in ["cylinder", "prism"] {
+        let of = |length: usize| -> Arc<dyn Shape> {
+            let length = length as f64;
+            let piece: Arc<dyn Shape> = match shape {
+                "cylinder" => Arc::new(Cylinder::new(4.7, length).unwrap()),
+                _ => Arc::new(Cuboid::new(Vec3::new(9.3, 8.1, length)).unwrap()),
+            };
+            Arc::new(Through::new(piece, 2, Vec3::z()).unwrap())
+        };
+        for method in COUPLINGS {
+            let one = loads_through(method, &of(8), 8, 3.3, 1);
+            for (length, z, blocks) in [(8, 3.3, 2), (8, 7.9, 1), (16, 0.2, 1), (16, 9.3, 4), (5, 0.1, 1)] {
+                let other = loads_through(method, &of(length), length, z, blocks);
+                let ratio = length as f64 / 8.0;
+                let [off, turned] = [other.force - one.force * ratio, other.torque - one.torque * ratio];
+                let scale = one.force.norm();
+                assert!(off.norm() < 1e-9 * scale, "{method:?} {shape} {length} {z}: {off} of {}", one.force);
+                assert!(turned.z.abs() < 1e-8 * scale, "{method:?} {shape} {length} {z}: {}", turned.z);
+            }
+            let halves = loads_through(method, &of(8), 8, 3.3, 2);
+            assert_eq!((halves.force, halves.torque.z), (one.force, one.torque.z), "{method:?} {shape}");
         }
     }
 }

@@ -6,7 +6,7 @@ use super::faces::{FacePlane, between};
 use crate::domain::{Block, Domain};
 use crate::fluid::{GROUP, RigidMotion};
 use crate::math::{Mat3, Quat, Vec3};
-use crate::shape::{Shape, Sphere};
+use crate::shape::{Passage, Shape, Sphere};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
@@ -108,11 +108,16 @@ impl Mapper {
         };
         // Cells with their centre within the layer; where three faces meet that are moved out, the corner moves farther.
         let margin = self.half_layer + if self.shift < 0.0 { -3.0 * self.shift } else { 0.0 };
-        let first: [i64; 3] =
+        let mut first: [i64; 3] =
             std::array::from_fn(|a| i64::from(floor(low[a] * self.per_dx - margin + self.motion.centre[a])));
-        let last: [i64; 3] = std::array::from_fn(|a| {
+        let mut last: [i64; 3] = std::array::from_fn(|a| {
             i64::from(floor(high[a] * self.per_dx + margin + self.motion.centre[a])) + 1
         });
+        if let Some(Passage { axis, .. }) = self.shape.passage() {
+            // Every cell along it is covered once.
+            let cells = domain.cells[axis] as i64;
+            (first[axis], last[axis]) = (-(cells / 2), cells - 1 - cells / 2);
+        }
         // Of each axis, the images that reach into the block.
         let along = |a: usize| {
             (-1..=1).filter(move |shift| *shift == 0 || domain.is_periodic(a)).filter_map(move |shift| {

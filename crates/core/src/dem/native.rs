@@ -67,10 +67,8 @@ use crate::wall::Wall;
 use context::{ContactContext, IdOrder, PartConstants, TemplateConstants};
 use failures::{outside, too_far};
 use forces::ContactForces;
+use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// Longest reach of two bodies together, in edges of the box: the images beside the nearest one are then all that may touch.
-pub const MOST_REACH: f64 = 1.4;
 
 /// Parameters of the native engine.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -107,8 +105,8 @@ pub struct Native {
     context: ContactContext,
     order: IdOrder,
     forces: ContactForces,
-    /// Largest bounding radius (m) of particles that there have been.
-    widest: f64,
+    /// Largest radii (m) along the axes of the box of particles that there have been.
+    widest: Vec3,
 }
 
 impl Native {
@@ -132,12 +130,13 @@ impl Native {
             .map(|(index, template)| TemplateConstants {
                 parts: template.parts().map(|part| PartConstants::new(part, &model)).collect(),
                 bound: model.reach(&template.shape),
+                reach: model.reach_along(&template.shape),
                 inertia: Inertia::of(template),
                 motion: params.motions.get(index).cloned().unwrap_or_default(),
             })
             .collect();
         let bounds: Vec<f64> = constants.iter().map(|template| template.bound).collect();
-        let widest = widest(0.0, all, &constants);
+        let widest = widest(Vec3::zeros(), all, &constants);
         if params.contact.is_some() {
             check_images(&decomposition, widest)?;
         }
@@ -199,16 +198,23 @@ impl Native {
         }
     }
 
+    /// Positions (m) of the particles in the contacts of the sub-step.
+    fn touching(&self) -> BTreeMap<u64, Vec3> {
+        let local = &self.context.local;
+        let ids = self.forces.states.iter().flat_map(|state| [state.first, state.second]);
+        ids.filter_map(|id| Some((id, local.store.particles[local.index_of(id)?].position()))).collect()
+    }
+
     /// One sub-step; all messages are exchanged even if it fails.
     fn advance_once(&mut self, comm: &Comm, dt: f64) -> Result<()> {
         let evaluated = self.evaluate_contacts(comm, dt);
         self.forces.reduce(comm, &self.context.near, &self.context.local);
-        let before = self.context.is_narrow.then(|| self.context.local.clone());
+        let before = self.context.is_narrow.then(|| self.touching());
         let moved = self.integrate(dt);
         let ContactContext { near, local, substep, .. } = &mut self.context;
         local.refresh(near, comm);
         if let Some(before) = before {
-            self.forces.rename(|key| followed(key, &near.decomposition().domain, [&before, local]));
+            self.forces.rename(|key| followed(key, &near.decomposition().domain, &before, local));
         }
         self.forces.history.hand_over(comm, &near.peers, |key| evaluating_rank_of(key, near, local));
         *substep += 1;
@@ -281,13 +287,18 @@ fn evaluating_rank_of(key: &ContactKey, near: &GhostLayer, local: &LocalParticle
     near.evaluating_rank_of([i, local.index_of(key.second)?], &local.store)
 }
 
-/// The key of a contact after particles, known `before` and `now`, have moved: another image may have become the nearest one.
-fn followed(key: &ContactKey, domain: &Domain, [before, now]: [&LocalParticles; 2]) -> ContactKey {
-    let nearest = |local: &LocalParticles| {
-        let at = |id: u64| local.index_of(id).map(|index| local.store.particles[index].position());
-        Some(domain.nearest_image(at(key.second)? - at(key.first)?))
-    };
-    let (Some(was), Some(is)) = (nearest(before), nearest(now)) else { return *key };
+/// The key of a contact after particles, which were at `before`, have moved: another image may have become the nearest one.
+fn followed(
+    key: &ContactKey,
+    domain: &Domain,
+    before: &BTreeMap<u64, Vec3>,
+    now: &LocalParticles,
+) -> ContactKey {
+    let nearest =
+        |at: &dyn Fn(u64) -> Option<Vec3>| Some(domain.nearest_image(at(key.second)? - at(key.first)?));
+    let was = nearest(&|id| before.get(&id).copied());
+    let is = nearest(&|id| now.index_of(id).map(|index| now.store.particles[index].position()));
+    let (Some(was), Some(is)) = (was, is) else { return *key };
     key.with_shift(domain.boxes(domain.shifted(was, key.shift()) - is))
 }
 
@@ -322,23 +333,24 @@ fn started(particle: &Particle, constants: &[TemplateConstants], time: f64) -> P
     particle
 }
 
-/// The largest bounding radius (m) among `widest` and those of particles.
-fn widest(widest: f64, all: &[Particle], constants: &[TemplateConstants]) -> f64 {
-    all.iter().map(|particle| constants[particle.template as usize].bound).fold(widest, f64::max)
+/// The largest radii (m) along the axes of the box among `widest` and those of particles.
+fn widest(widest: Vec3, all: &[Particle], constants: &[TemplateConstants]) -> Vec3 {
+    let reach = |particle: &Particle| constants[particle.template as usize].reach;
+    all.iter().map(reach).fold(widest, |widest, reach| widest.sup(&reach))
 }
 
 /// Refuses a box in which a pair, the widest particles, could touch through more images than the engine looks at.
-fn check_images(decomposition: &Decomposition, widest: f64) -> Result<()> {
+fn check_images(decomposition: &Decomposition, widest: Vec3) -> Result<()> {
     let domain = &decomposition.domain;
-    let size = domain.size();
-    let round = (0..3).filter(|&i| domain.is_periodic(i));
-    let edge = round.map(|i| size[i]).fold(f64::INFINITY, f64::min);
-    let needed = 2.0 * widest / MOST_REACH;
-    if edge < needed {
-        return Err(Error::Input(format!(
-            "the domain is {edge:.6e} m wide, too narrow for the periodic images of a particle that reaches {widest:.6e} m from its \
-             centre, contact enlargement included; make it at least {needed:.6e} m wide"
-        )));
+    for axis in (0..3).filter(|&axis| domain.is_periodic(axis)) {
+        let (edge, reach) = (domain.size()[axis], widest[axis]);
+        let needed = 2.0 * reach / Domain::MOST_REACH;
+        if edge < needed {
+            return Err(Error::Input(format!(
+                "the domain is {edge:.6e} m wide, too narrow for the periodic images of a particle that reaches {reach:.6e} m \
+                 from its centre, contact enlargement included; make it at least {needed:.6e} m wide"
+            )));
+        }
     }
     Ok(())
 }
@@ -428,7 +440,7 @@ impl DemEngine for Native {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
         let memory = params.memory();
         let saved = Saved::load("native", parts, (near, local, params.walls.len()), memory)?;
-        self.widest = widest(0.0, &saved.particles, templates);
+        self.widest = widest(Vec3::zeros(), &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
         self.forces = ContactForces::new(near.peers.len(), memory, self.forces.several);
         self.forces.states = saved.states;

@@ -187,6 +187,18 @@ impl Polyhedron {
         }
     }
 
+    /// A prism along an axis of its frame, longer by a factor.
+    pub(super) fn stretched(&self, axis: usize, factor: f64) -> Self {
+        let (mut vertices, mut faces) = (self.vertices.clone(), self.faces.clone());
+        for vertex in &mut vertices {
+            vertex[axis] *= factor;
+        }
+        for end in faces.iter_mut().filter(|face| face.normal[axis].abs() > 0.5) {
+            end.offset *= factor;
+        }
+        Self::assemble(vertices, faces)
+    }
+
     /// Distance of a point of the plane of a face from the rim of this face, positive within (m).
     pub fn inside(&self, face: usize, point: Vec3) -> f64 {
         self.features.inside(face, point)

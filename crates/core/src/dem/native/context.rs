@@ -95,6 +95,8 @@ pub(super) struct TemplateConstants {
     pub(super) parts: Vec<PartConstants>,
     /// [`ContactModel::reach`] of the shape (m).
     pub(super) bound: f64,
+    /// [`ContactModel::reach_along`] of the shape (m).
+    pub(super) reach: Vec3,
     pub(super) inertia: Inertia,
     /// Prescribed part of its motion.
     pub(super) motion: PrescribedMotion,
@@ -108,7 +110,7 @@ pub(super) struct PartConstants {
     pose: Option<Part>,
     /// [`ContactModel::reach`] of the shape (m).
     bound: f64,
-    /// Radius of the sphere of equal volume plus enlargement (m).
+    /// Radius of the sphere of equal volume, or across a body that goes through the box, plus enlargement (m).
     radius: f64,
     /// Thickness of the shape (m).
     thickness: f64,
@@ -122,7 +124,8 @@ impl PartConstants {
             shape: GrownShape::new(shape.clone(), model.enlargement),
             pose: pose.cloned(),
             bound: model.reach(shape),
-            radius: 0.5 * shape.equivalent_diameter() + model.enlargement,
+            radius: shape.passage().map_or(0.5 * shape.equivalent_diameter(), |passage| passage.radius)
+                + model.enlargement,
             thickness: shape.thickness(),
             mean_curvature: model.lubrication.map_or(0.0, |_| shape.curvature().mean),
         }
@@ -192,13 +195,18 @@ impl ContactContext {
         (particle, &self.constants(particle).parts[index.part as usize])
     }
 
-    /// Shift (boxes) of the second body from its nearest image, of two parts `offset` (m) apart; none if they are parts of one body.
-    pub(super) fn shift(&self, parts: [PartIndex; 2], offset: Vec3) -> Option<[i8; 3]> {
+    /// Shift (boxes) of the second body from its nearest image, of two parts `offset` (m) apart, that image `own` boxes from the nearest
+    /// one; none if they are parts of one body, or if a nearer image continues them.
+    pub(super) fn shift(&self, parts: [PartIndex; 2], own: [i8; 3], offset: Vec3) -> Option<[i8; 3]> {
         let is_one = parts[0].particle == parts[1].particle;
         if !self.is_narrow {
             return (!is_one).then_some([0; 3]);
         }
         let [(a, one), (b, other)] = parts.map(|index| self.part(index));
+        let passages = [one, other].map(|part| part.shape.shape.passage());
+        if passages.into_iter().flatten().any(|passage| own[passage.axis] != 0) {
+            return None;
+        }
         let [arm, its] = [one.arm(a), other.arm(b)].map(Option::unwrap_or_default);
         let domain = self.near.decomposition().domain;
         let shift = domain.boxes(offset + arm - its - domain.nearest_image(b.position() - a.position()));
@@ -271,7 +279,7 @@ impl ContactContext {
             }
             let indices = [p, q].map(|k| parts[k]);
             let [i, j] = indices.map(|index| index.particle as usize);
-            let Some(shift) = self.shift(indices, offset) else { continue };
+            let Some(shift) = self.shift(indices, neighbour.shift, offset) else { continue };
             if near.evaluating_rank_of([i, j], store) != Some(near.rank) {
                 continue;
             }

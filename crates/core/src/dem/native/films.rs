@@ -167,7 +167,7 @@ impl ContactContext {
                 continue;
             }
             let (indices, offset) = ([p, q].map(|k| parts[k]), neighbour.offset(&domain, positions));
-            if self.shift(indices, offset).is_none() {
+            if self.shift(indices, neighbour.shift, offset).is_none() {
                 continue;
             }
             let pair = indices.map(|index| self.part(index));

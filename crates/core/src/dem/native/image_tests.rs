@@ -8,8 +8,8 @@ use crate::comm::on_threads;
 use crate::contact::lubrication::Unresolved;
 use crate::contact::{ContactParams, FrictionLaw, Lubrication};
 use crate::math::Quat;
-use crate::shape::Sphere;
 use crate::shape::composite::tests::dumbbell;
+use crate::shape::{Cuboid, Cylinder, Sphere, Through};
 
 /// Bodies that overlap their images a little in a box of this many metres.
 const DX: f64 = 0.2475e-3;
@@ -192,4 +192,35 @@ fn a_box_too_narrow_for_the_images_that_the_engine_looks_at_is_refused_in_words(
     assert!(refused.contains("too narrow for the periodic images"), "{refused}");
     let dry = NativeParams { contact: None, ..params(false) };
     assert!(Native::new(dry, narrow, 0, templates(), &at(0)).is_ok(), "without contacts any may be");
+}
+
+#[test]
+fn a_sphere_meets_a_body_that_goes_through_the_box_once_and_alike_wherever_it_is_along_it() {
+    let cylinder: Arc<dyn Shape> = Arc::new(Cylinder::new(RADIUS, 24.0 * DX).unwrap());
+    let prism: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::new(2.0 * RADIUS, 1.6e-3, 24.0 * DX)).unwrap());
+    for (piece, precision) in [(cylinder, 1e-3), (prism, 1e-9)] {
+        let of = |shape| Template { shape, density: 2500.0, material: 0 };
+        let long: Arc<dyn Shape> = Arc::new(Through::new(piece, 2, Vec3::z()).unwrap());
+        let templates: Arc<[Template]> = [of(long), of(Arc::new(Sphere { radius: 0.5 * RADIUS }))].into();
+        let domain = Domain { faces: Domain::faces([true; 3]), cells: [16, 16, 24], dx: DX };
+        let cut = Decomposition::new(domain, 1).unwrap();
+        let motions = vec![PrescribedMotion::fixed(), PrescribedMotion::default()];
+        let params = NativeParams { motions, ..params(false) };
+        let force = |z: f64| {
+            let body = |id, template, position| Particle::at(id, template, domain.wrap(position));
+            let middle = Vec3::new(0.1e-3, 2e-3, 1.1e-3);
+            let all = [body(0, 0, middle), body(1, 1, middle + Vec3::new(-1.49 * RADIUS, 0.0, z))];
+            let mut engine = Native::new(params.clone(), cut.clone(), 0, templates.clone(), &all).unwrap();
+            advance(&mut engine, &Comm::Solo, DT).unwrap();
+            let states = engine.contact_states();
+            assert_eq!((states.len(), engine.contacts().count), (1, 1), "{z}");
+            Vec3::from(states[0].force)
+        };
+        let here = force(0.0);
+        assert!(here.x.abs() > 0.999 * here.norm() && here.norm() > 0.0, "{here}");
+        for z in [1e-3, 2.9e-3, 12.0 * DX, 3e-3, 5.5e-3] {
+            let there = force(z);
+            assert!((there - here).norm() < precision * here.norm(), "{z}: {there} {here}");
+        }
+    }
 }
