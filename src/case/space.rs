@@ -345,7 +345,6 @@ mod tests {
         let body = |shape: &str| format!("particles.0={{ {shape}, density = 1000, list = [[0, 0, 0]] }}");
         let sphere = body("shape.sphere.diameter = 1.1e-3");
         let capsule = body("shape.capsule = { diameter = 0.7e-3, length = 1.9e-3 }");
-        let homogenised = "lattice.coupling=\"homogenised\"";
         let mut refused = 0;
         for size in ["[0.2e-3, 3e-3, 3e-3]", "{ diameters = [1, 1, 1] }", "{ diameters = [1.1, 3, 3] }"] {
             for (body, change) in [
@@ -353,7 +352,6 @@ mod tests {
                 (&sphere, "contact.enlargement=2.9"),
                 (&sphere, "contact.enabled=false"),
                 (&capsule, "contact.substeps=2"),
-                (&sphere, homogenised),
             ] {
                 let size = format!("domain.size={size}");
                 if load(&[body, &size, change]).is_ok() {
@@ -363,11 +361,11 @@ mod tests {
                 for edges in suggested(&[body, &size, change]) {
                     let taken = load(&[body, &edges, change]).unwrap_or_else(|e| panic!("{edges}: {e}"));
                     let warnings = taken.provenance.warnings;
-                    assert!(warnings.is_empty() || change == homogenised, "{edges}: {warnings:?}");
+                    assert!(warnings.is_empty(), "{edges}: {warnings:?}");
                 }
             }
         }
-        assert_eq!(refused, 5 + 3 + 3);
+        assert_eq!(refused, 4 + 2 + 2);
     }
 
     #[test]

@@ -90,7 +90,7 @@ fn the_drag_on_a_square_array_of_endless_cylinders_is_that_of_the_literature_alo
              density = 1000\n\
              through = \"{axis}\"\n\
              motion = \"fixed\"\n\
-             list = [[1.2e-3, 1.2e-3, 1.2e-3]]\n",
+             list = [[1e-4, 2e-4, 3e-4]]\n",
             diameter * 1e-4
         );
         let setup = case::from_text(&text, "cylinders", &[]).unwrap_or_else(|e| panic!("{e}"));

@@ -6,7 +6,7 @@ use super::wall_tests::MATERIAL;
 use super::*;
 use crate::comm::on_threads;
 use crate::contact::lubrication::Unresolved;
-use crate::contact::{ContactParams, FrictionLaw, Lubrication};
+use crate::contact::{FrictionLaw, Lubrication};
 use crate::math::Quat;
 use crate::shape::composite::tests::dumbbell;
 use crate::shape::{Cuboid, Cylinder, Sphere, Through};
@@ -19,15 +19,21 @@ const DT: f64 = 1e-6;
 
 fn templates() -> Arc<[Template]> {
     let of = |shape| Template { shape, density: 2500.0, material: 0 };
-    [of(Arc::new(Sphere { radius: RADIUS })), of(dumbbell(0.5 * RADIUS)), cubes(1.4e-3)[0].clone()].into()
+    [
+        of(Arc::new(Sphere { radius: RADIUS })),
+        of(dumbbell(0.5 * RADIUS)),
+        cubes(1.4e-3)[0].clone(),
+        of(Arc::new(Sphere { radius: 0.98 * RADIUS })),
+    ]
+    .into()
 }
 
 fn params(lubricated: bool) -> NativeParams {
     let mut contact = ContactModel { friction: FrictionLaw::Mindlin, ..MATERIAL.into() };
     if lubricated {
         let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated(0.65) };
-        contact = ContactParams { enlargement: -0.0213e-3, ..MATERIAL }.into();
-        contact.lubrication = Some(Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: DX, unresolved });
+        contact = MATERIAL.into();
+        contact.lubrication = Some(Lubrication { viscosity: 1.0, roughness: 1e-6, cell: DX, unresolved });
     }
     NativeParams { contact: Some(contact), substeps: 1, ..NativeParams::default() }
 }
@@ -42,11 +48,13 @@ fn body(id: u64, template: usize, position: [f64; 3], velocity: [f64; 3], spin: 
 fn scenes() -> [(&'static str, f64, bool, Vec<Particle>); 5] {
     let drift = [1.0, -0.7, 0.4];
     let spin = [60.0, -40.0, 20.0];
+    // With films a little apart, and so slow that they stay so.
     let row = |lubricated| {
-        let (one, other) = ([1.08, -0.7, 0.4], [0.92, -0.7, 0.4]);
+        let (template, speed) = if lubricated { (3, 0.02) } else { (0, 0.08) };
+        let (one, other) = ([1.0 + speed, -0.7, 0.4], [1.0 - speed, -0.7, 0.4]);
         let bodies = vec![
-            body(0, 0, [0.5, 0.01, 0.99], one, spin),
-            body(1, 0, [1.5, 0.01, 0.99], other, [-30.0, 50.0, 10.0]),
+            body(0, template, [0.5, 0.01, 0.99], one, spin),
+            body(1, template, [1.5, 0.01, 0.99], other, [-30.0, 50.0, 10.0]),
         ];
         ("a row of two spheres", 2.0, lubricated, bodies)
     };
@@ -198,7 +206,7 @@ fn a_box_too_narrow_for_the_images_that_the_engine_looks_at_is_refused_in_words(
 fn a_sphere_meets_a_body_that_goes_through_the_box_once_and_alike_wherever_it_is_along_it() {
     let cylinder: Arc<dyn Shape> = Arc::new(Cylinder::new(RADIUS, 24.0 * DX).unwrap());
     let prism: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::new(2.0 * RADIUS, 1.6e-3, 24.0 * DX)).unwrap());
-    for (piece, precision) in [(cylinder, 1e-3), (prism, 1e-9)] {
+    for (piece, precision) in [(cylinder, 4e-3), (prism, 1e-9)] {
         let of = |shape| Template { shape, density: 2500.0, material: 0 };
         let long: Arc<dyn Shape> = Arc::new(Through::new(piece, 2, Vec3::z()).unwrap());
         let templates: Arc<[Template]> = [of(long), of(Arc::new(Sphere { radius: 0.5 * RADIUS }))].into();
