@@ -196,8 +196,8 @@ pub(super) fn refuse_what_is_too_large(
             let shape = &kinds.templates[template].shape;
             let (width, thickness) = (2.0 * width_of(&**shape), shape.thickness());
             let native = *engine == EngineChoice::Native;
-            let reach = touching(reaches[template]).filter(|_| native);
-            let least = if native { least_edge(&**shape, reach, engine) } else { 2.0 * width };
+            let least =
+                if native { least_edge(&**shape, touching(reaches[template]), engine) } else { 2.0 * width };
             let along = shape.passage().map(|passage| passage.axis);
             for i in (0..3).filter(|i| Some(*i) != along) {
                 let (edge, axis) = (used[i], ["x", "y", "z"][i]);

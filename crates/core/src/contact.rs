@@ -89,7 +89,7 @@ impl ContactModel {
         if let Some(Passage { radius, length, .. }) = shape.passage() {
             return Vec3::new(self.across(radius), 0.5 * length, 0.0).norm();
         }
-        let film = shape.circumradius() + 0.5 * self.lubrication.map_or(0.0, |film| film.range());
+        let film = shape.circumradius() + self.half_film();
         let grown = |shape: &Arc<dyn Shape>| GrownShape::new(shape.clone(), self.enlargement).reach();
         let parts = shape.parts().iter().map(|part| part.position.norm() + grown(&part.shape));
         parts.fold(grown(shape).max(film), f64::max)
@@ -98,7 +98,12 @@ impl ContactModel {
     /// The same from the axis of a body that goes through the box, all of whose points lie within a radius (m).
     fn across(&self, radius: f64) -> f64 {
         // Edges of a prism grow by more than its faces.
-        radius + (2.0 * self.enlargement).max(0.5 * self.lubrication.map_or(0.0, |film| film.range()))
+        radius + (2.0 * self.enlargement).max(self.half_film())
+    }
+
+    /// Half the widest gap with a film (m).
+    fn half_film(&self) -> f64 {
+        0.5 * self.lubrication.map_or(0.0, |film| film.range())
     }
 
     /// The same along the axes of the box beyond its periodic images: none along that of a body that goes

@@ -43,9 +43,8 @@ impl Through {
         let length = 2.0 * piece.support(along).dot(&along);
         let half = 0.5 * length;
         let radius = (piece.circumradius() * piece.circumradius() - half * half).max(0.0).sqrt();
-        let (section, Curvature { sharpness, .. }) = (piece.volume() / length, endless.curvature());
-        let sharpness = sharpness * section.sqrt() / libm::cbrt(endless.volume());
-        let curvature = Curvature { sharpness, ..endless.curvature() };
+        let (section, mut curvature) = (piece.volume() / length, endless.curvature());
+        curvature.sharpness = curvature.sharpness * section.sqrt() / libm::cbrt(endless.volume());
         Some(Self { piece, long, passage: Passage { axis, along, length, radius }, curvature })
     }
 }

@@ -112,7 +112,6 @@ pub(super) struct Interpolated<T> {
 }
 
 /// Interpolated links as a device applies them.
-#[derive(Default)]
 pub(crate) struct CellList<T> {
     /// Slots of the cells.
     pub(crate) cells: Vec<u64>,
