@@ -21,8 +21,9 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 mkdir -p "$out"
 
-cases="single_sphere sphere_array hindered_settling hindered_settling_paper cubes_settling settling_tank shear_cell rotating_cylinder
-    stl_particles"
+cases="cases/single_sphere cases/sphere_array cases/hindered_settling cases/hindered_settling_paper cases/cubes_settling cases/settling_tank
+    cases/shear_cell cases/rotating_cylinder cases/stl_particles validation/round_walls/case validation/rolling/case
+    validation/shear/spheroid validation/oscillating_flow/sphere"
 if [ -n "${SMALL:-}" ]; then
     steps=4 edge=4
 else
@@ -34,7 +35,7 @@ hash_of() {
     name=$1 precision=$2
     shift 2
     folder=$(mktemp -d "$work/run.XXXXXX")
-    "$turbid" run "cases/$name.toml" --quiet --overwrite --out "$folder" --set "fluid.precision=$precision" \
+    "$turbid" run "$name.toml" --quiet --overwrite --out "$folder" --set "fluid.precision=$precision" \
         --set "run.end.steps=$steps" --set "run.average_from={ steps = 0 }" --set output.fields_every=never \
         --set output.picture_every=never --set output.particles_every=never "$@" >&2
     sed -n 's/.*"state_hash": "\(.*\)".*/\1/p' "$folder/summary.json"

@@ -103,16 +103,16 @@ impl Images {
         radii: [f64; 2],
     ) {
         let int = |n: i64| i32::try_from(n).expect("a box less than 2^31 cells long");
-        self.ints.extend([kind, image.body as i32]);
-        self.ints.extend(image.offsets.iter().flat_map(|cells| [int(*cells.start()), int(*cells.end())]));
-        self.ints.extend(image.base.map(int));
-        self.ints.push(int(self.rows as i64));
-        self.ints.extend(indices.map(|index| int(index as i64)));
+        let [[x0, x1], [y0, y1], [z0, z1]] =
+            image.offsets.each_ref().map(|of| [int(*of.start()), int(*of.end())]);
+        let [x, y, z] = image.base.map(int);
+        let [face, faces, mapped] = indices.map(|index| int(index as i64));
+        let row = int(self.rows as i64);
+        let ints = [kind, image.body as i32, x0, x1, y0, y1, z0, z1, x, y, z, row, face, faces, mapped];
+        self.ints.extend_from_slice(&ints);
         self.ints.resize(self.ints.len().next_multiple_of(IMAGE_INTS), 0);
-        self.numbers.extend(motion.centre);
-        self.numbers.extend(motion.velocity);
-        self.numbers.extend(motion.angular);
-        self.numbers.extend([radii[0], radii[1], 0.0]);
+        let [[cx, cy, cz], [ux, uy, uz], [wx, wy, wz]] = [motion.centre, motion.velocity, motion.angular];
+        self.numbers.extend_from_slice(&[cx, cy, cz, ux, uy, uz, wx, wy, wz, radii[0], radii[1], 0.0]);
         self.rows += rows;
         self.most_rows = self.most_rows.max(rows);
     }
