@@ -410,9 +410,10 @@ impl Simulation {
     pub fn check(&mut self) -> Result<()> {
         self.known_failure()?;
         let particles = self.dem.particles();
-        let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
+        let (step, unit) = (self.step, self.units.acceleration());
+        let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, driving, .. }| {
             coupling.map(particles);
-            fluid.measure(coupling).0.fault
+            fluid.measure((driving.acceleration(step) / unit).into(), coupling).0.fault
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {

@@ -152,7 +152,7 @@ pub(super) fn lubrication(
         return Err(document.error(&format!("{key}.roughness"), &title, "not narrower than a cell", remedy));
     }
     let unresolved = match collision(document, lattice)?.1 {
-        Method::Saturated(_) => Unresolved::saturated(relaxation_time),
+        Method::Saturated(_) => Unresolved::saturated(),
         Method::Homogenised(_) => Unresolved::homogenised(relaxation_time),
     };
     Ok(Some(Lubrication { viscosity: viscosity * section.density, roughness, cell: dx, unresolved }))

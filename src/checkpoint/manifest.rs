@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// Number of the form of checkpoints that this program writes and reads.
-const FORMAT: u64 = 9;
+const FORMAT: u64 = 10;
 
 /// Begins the last line, which is a comment for TOML.
 const SEAL: &str = "# xxh3 of all lines above: ";

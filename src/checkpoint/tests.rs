@@ -262,12 +262,12 @@ fn a_later_format_is_named_with_the_program_that_wrote_it() {
     let path = directory.join("step-0000000100/manifest.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let (above, _) = text.rsplit_once("# xxh3").unwrap();
-    let above = above.replace("format = 9\n", "format = 10\nsomething = \"else\"\n");
+    let above = above.replace("format = 10\n", "format = 11\nsomething = \"else\"\n");
     let seal = xxhash_rust::xxh3::xxh3_64(above.as_bytes());
     std::fs::write(&path, format!("{above}# xxh3 of all lines above: {seal:016x}\n")).unwrap();
     let error = read_all(&directory.join("step-0000000100")).unwrap_err().to_string();
     let version = env!("CARGO_PKG_VERSION");
-    let said = format!("written by turbid {version} in format 10, and this program reads format 9");
+    let said = format!("written by turbid {version} in format 11, and this program reads format 10");
     assert!(error.contains(&said), "{error}");
 }
 

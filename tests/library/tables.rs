@@ -3,6 +3,7 @@
 //! ```text
 //! <!-- checks: FILE CASE -->   the checks of a case            <!-- suite: FILE -->    a row for each case of `turbid validate`
 //! <!-- scores: FILE ... -->    a row for each file             <!-- kinds: FILE -->    a row for each beginning of a quantity, to `;`
+//! <!-- errors: FILE -->        the rows of a table of errors
 //! ```
 //!
 //! Paths are below `validation/`; a table goes to the next `<!-- end -->`.
@@ -94,10 +95,34 @@ fn kinds(file: &str) -> String {
     markdown_table(&["", "rows", "from", "to", "mean", "tolerance", "passed"], &rows)
 }
 
+/// A table of errors as it is.
+fn errors(file: &str) -> String {
+    let text = fs::read_to_string(in_tree("validation").join(file)).unwrap();
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    let rows = reader.records().map(|record| {
+        let of = record.unwrap();
+        let folder = &of[9];
+        vec![
+            of[0].to_string(),
+            of[1].replace('_', " "),
+            of[2].to_string(),
+            of[3].to_string(),
+            format!("{} to {}", &of[4], &of[5]),
+            of[6].to_string(),
+            format!("{:+} to {:+} %", of[7].parse::<f64>().unwrap(), of[8].parse::<f64>().unwrap()),
+            format!("[{folder}](../validation/{folder})"),
+        ]
+    });
+    let rows: Vec<Vec<String>> = rows.collect();
+    let header =
+        ["coupling", "quantity", "bodies", "cells", "relaxation times", "precision", "error", "table"];
+    markdown_table(&header, &rows)
+}
+
 /// The page with its tables made anew, and their number.
 fn renewed(page: &str) -> (String, usize) {
     let (mut out, mut rest, mut count) = (String::new(), page, 0);
-    while let Some(at) = ["checks", "suite", "scores", "kinds"]
+    while let Some(at) = ["checks", "suite", "scores", "kinds", "errors"]
         .iter()
         .filter_map(|kind| rest.find(&format!("<!-- {kind}: ")))
         .min()
@@ -109,6 +134,7 @@ fn renewed(page: &str) -> (String, usize) {
             ["suite:", file] => suite(file),
             ["scores:", ref files @ ..] => scores(files),
             ["kinds:", file] => kinds(file),
+            ["errors:", file] => errors(file),
             _ => panic!("{head}"),
         };
         let _ = write!(out, "{}{head} -->\n\n{table}\n", &rest[..at]);
@@ -121,7 +147,8 @@ fn renewed(page: &str) -> (String, usize) {
 fn pages() -> Vec<PathBuf> {
     let root = in_tree("validation");
     let folders = fs::read_dir(&root).unwrap().map(|entry| entry.unwrap().path());
-    let pages = folders.map(|folder| folder.join("README.md")).chain([root.join("README.md")]);
+    let others = [root.join("README.md"), in_tree("docs").join("limits.md")];
+    let pages = folders.map(|folder| folder.join("README.md")).chain(others);
     pages.filter(|page| page.is_file()).collect()
 }
 

@@ -49,6 +49,7 @@ pub use method::Method;
 pub(crate) use method::sweep_alone;
 use method::{CouplingMethod, with_method};
 pub use saturated::{Saturated, SolidOperator, SurfaceShift};
+use std::sync::Arc;
 pub use walls::{LatticeWalls, check_motion};
 
 /// Parameters of the coupling.
@@ -79,8 +80,8 @@ pub struct Coupling {
     segments: RowSegments,
     /// The parts of the bodies, one body after the other, and the index of the body of each.
     parts: Vec<(u32, Mapper)>,
-    /// Distance by which the surface of each part of each template is moved in (cells).
-    shifts: Vec<Vec<f64>>,
+    /// Body whose surface the fluid takes for that of each part of each template, moved in by a distance (cells).
+    felt: Vec<Vec<(Arc<dyn Shape>, f64)>>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
@@ -137,7 +138,7 @@ impl Coupling {
             bodies: Vec::new(),
             segments: RowSegments::default(),
             parts: Vec::new(),
-            shifts: Vec::new(),
+            felt: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
             swept_count: CoverCount::default(),
@@ -169,11 +170,10 @@ impl Coupling {
     pub fn map(&mut self, particles: &ParticleStore) {
         let params = &self.params;
         let dx = params.units.dx;
-        if self.shifts.len() != particles.templates.len() {
-            let shift =
-                |part: &dyn Shape| with_method!(params.method, method => method.surface_shift(part, dx));
-            let shifts = |t: &Template| t.parts().map(|(part, _)| shift(&**part)).collect();
-            self.shifts = particles.templates.iter().map(shifts).collect();
+        if self.felt.len() != particles.templates.len() {
+            let felt = |part: &Arc<dyn Shape>| with_method!(params.method, method => method.felt(part, dx));
+            let all = |t: &Template| t.parts().map(|(part, _)| felt(part)).collect();
+            self.felt = particles.templates.iter().map(all).collect();
         }
         self.bodies.clear();
         self.parts.clear();
@@ -184,8 +184,8 @@ impl Coupling {
                     method.momentum_inside(particle, &*template.shape, &body.motion, dx)
                 });
             }
-            let shifts = &self.shifts[particle.template as usize];
-            for ((shape, part), &shift) in template.parts().zip(shifts) {
+            let felt = &self.felt[particle.template as usize];
+            for ((_, part), (shape, shift)) in template.parts().zip(felt) {
                 let (mut turn, mut motion) = (particle.orientation(), body.motion);
                 if let Some(part) = part {
                     // The fluid gets the velocities of the body, so of this motion only the centre counts.
@@ -193,7 +193,7 @@ impl Coupling {
                     motion.centre = std::array::from_fn(|a| motion.centre[a] + arm[a]);
                     turn *= part.orientation;
                 }
-                self.parts.push((i as u32, Mapper::new(shape, turn, motion, params, shift)));
+                self.parts.push((i as u32, Mapper::new(shape, turn, motion, params, *shift)));
             }
             self.bodies.push(body);
         }

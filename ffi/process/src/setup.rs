@@ -282,12 +282,8 @@ mod tests {
         let geometry = Geometry::Sampled { samples: 4 };
         let sampled = ContactModel { geometry, ..ContactModel::default() };
         assert!(ContactSection::of(&sampled).unwrap_err().contains("samples"));
-        let lubrication = Lubrication {
-            viscosity: 1e-3,
-            roughness: 1e-6,
-            cell: 1e-4,
-            unresolved: Unresolved::saturated(0.65),
-        };
+        let lubrication =
+            Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: 1e-4, unresolved: Unresolved::saturated() };
         let lubricated = ContactModel { lubrication: Some(lubrication), ..ContactModel::default() };
         assert!(ContactSection::of(&lubricated).unwrap_err().contains("lubrication"));
     }

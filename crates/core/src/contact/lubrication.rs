@@ -63,12 +63,11 @@ pub struct Lubrication {
 /// ```text
 /// fade = 1 - (x / range)^4
 /// M = fade / ((1 + (linear + curved H) x + square r x^2) (1 + bulging B x / (x + 1/10)))
-/// Lambda = fade (1 - curved H) ln(1 + (strength / x)^power) / power,   of s and of r - mixed x s
+/// Lambda = fade (1 - curved H) (ln(1 + (strength / x)^power) / power + tail)
 /// ```
 ///
 /// Fitted to forces and torques on held spheres (`validation/lubrication`). `curved` is there because the fluid feels surfaces the further out the
-/// more they are curved, up to that of a sphere 8 cells across (`SurfaceShift` of the coupling). `mixed` is there because a lattice couples sliding
-/// along a wall and turning too strongly, but has most of the resistance to turning: what is missing is symmetric and takes energy, but is not diagonal in `s` and `r`.
+/// more they are curved, up to that of a sphere 8 cells across (`SurfaceShift` of the coupling).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Unresolved {
     /// Gap from which on nothing is missing (cells).
@@ -94,21 +93,20 @@ pub struct Tangential {
     pub curved: [f64; 2],
     /// Power with which they fall off at wider gaps (-).
     pub power: f64,
-    /// Sliding in the rolling part (1/cells).
-    pub mixed: f64,
+    /// Part of rolling that is left at wide gaps (-).
+    pub tail: f64,
 }
 
 impl Tangential {
     /// Logarithms of these strengths, for surfaces of any curvature.
     pub const fn plain(strength: [f64; 2]) -> Self {
-        Self { strength, curved: [0.0; 2], power: 1.0, mixed: 0.0 }
+        Self { strength, curved: [0.0; 2], power: 1.0, tail: 0.0 }
     }
 }
 
 impl Unresolved {
-    /// With partially saturated cells. Their coupling of sliding and turning at a wall depends on the relaxation time (time steps, 0.53 to 1).
-    pub fn saturated(relaxation_time: f64) -> Self {
-        let wall_curved = 0.86 * relaxation_time;
+    /// With partially saturated cells.
+    pub fn saturated() -> Self {
         Self {
             range: 3.0,
             linear: [0.6, 2.0],
@@ -116,8 +114,8 @@ impl Unresolved {
             square: 0.85,
             bulging: 1.0,
             tangential: [
-                Tangential { strength: [0.285, 0.38], curved: [1.8, 1.0], power: 2.5, mixed: 0.0 },
-                Tangential { strength: [0.0, 0.547], curved: [0.0, wall_curved], power: 3.2, mixed: 0.31 },
+                Tangential { strength: [0.285, 0.38], curved: [1.8, 1.0], power: 2.5, tail: 0.0 },
+                Tangential { strength: [0.0, 0.59], curved: [0.0, 0.5], power: 6.5, tail: 0.02 },
             ],
         }
     }
@@ -206,15 +204,10 @@ impl Lubrication {
             let roll = normal.cross(&roll);
             Term { resistance, direction, arms: levers.map(|lever| lever.cross(&direction) + roll) }
         };
-        let along = |[slide, roll]: [f64; 2], i: usize| {
-            let shift = across[0] * difference[i][0] + across[1] * difference[i][1];
-            (across[i] * slide + shift * roll, across[i] * (roll * turning[i]))
-        };
         let [first, second] = [0, 1].map(|i| {
-            tangential[i].map(|(resistance, motion)| {
-                let (direction, roll) = along(motion, i);
-                term(resistance, direction, roll)
-            })
+            let [sliding, rolling] = tangential[i];
+            let shift = across[0] * difference[i][0] + across[1] * difference[i][1];
+            [term(sliding, across[i], Vec3::zeros()), term(rolling, shift, across[i] * turning[i])]
         });
         Some(Film([term(squeezing, normal, Vec3::zeros()), first[0], second[0], first[1], second[1]]))
     }
@@ -223,8 +216,8 @@ impl Lubrication {
 /// Resistances of a film (N s/m).
 struct Resistances {
     squeezing: f64,
-    /// In each principal direction, of two motions: with the parts that sliding and rolling have in them.
-    tangential: [[(f64, [f64; 2]); 2]; 2],
+    /// In each principal direction, of sliding and of rolling.
+    tangential: [[f64; 2]; 2],
 }
 
 impl Lubrication {
@@ -239,16 +232,16 @@ impl Lubrication {
         let linear = linear[kind] + curved * curvature;
         let decay = (1.0 + cells * (linear + square * (reduced / self.cell) * cells)) * (1.0 + bulge);
         let [first, second] = gap.curvatures;
-        let Tangential { strength, curved, power, mixed } = tangential[kind];
+        let Tangential { strength, curved, power, tail } = tangential[kind];
         let [sliding, rolling] = [0, 1].map(|k| {
-            let logarithm = libm::log1p(libm::pow(strength[k] / cells, power)) / power;
+            let logarithm = libm::log1p(libm::pow(strength[k] / cells, power)) / power + [0.0, tail][k];
             2.0 * unit / (first * second).sqrt() * (1.0 - curved[k] * curvature) * logarithm
         });
         Resistances {
             squeezing: 6.0 * unit * reduced * reduced / (open * decay),
             tangential: gap.curvatures.map(|curvature| {
                 let part = 3.0 * curvature / (curvature + 2.0 * (first + second));
-                [(sliding, [1.0, 0.0]), (part * rolling, [-mixed * cells, 1.0])]
+                [sliding, part * rolling]
             }),
         }
     }

@@ -141,8 +141,8 @@ impl AnyFluid {
     }
 
     /// As [`Coupling::measure`].
-    pub fn measure(&self, coupling: &mut Coupling) -> (Flow, [i128; 6]) {
-        either!(self, fluid => coupling.measure(fluid))
+    pub fn measure(&self, acceleration: [f64; 3], coupling: &mut Coupling) -> (Flow, [i128; 6]) {
+        either!(self, fluid => coupling.measure(fluid, acceleration))
     }
 
     /// Calls `visit` with the state of each of `cells`, which are of the block, x fastest, as [`Fluid::each_cell`].

@@ -13,6 +13,7 @@ use crate::fluid::{
 use crate::particle::Particle;
 use crate::shape::Shape;
 use std::fmt;
+use std::sync::Arc;
 
 /// Method of coupling particles and fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,9 +69,9 @@ pub(super) trait CouplingMethod: SolidModel {
     /// As [`Method::half_layer`].
     fn half_layer(self) -> f64;
 
-    /// Distance by which the surface of a body is moved in (cells).
-    fn surface_shift(self, _shape: &dyn Shape, _dx: f64) -> f64 {
-        0.0
+    /// Body whose surface, moved in by a distance (cells), the fluid takes for that of a body.
+    fn felt(self, shape: &Arc<dyn Shape>, _dx: f64) -> (Arc<dyn Shape>, f64) {
+        (shape.clone(), 0.0)
     }
 
     /// Returns true if [`correct_cover`](Self::correct_cover) needs the cells that were covered in the last sweep.
@@ -131,9 +132,9 @@ impl Coupling {
 
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
     /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
-    pub fn measure<S: Population>(&mut self, fluid: &Fluid<S>) -> (Flow, [i128; 6]) {
+    pub fn measure<S: Population>(&mut self, fluid: &Fluid<S>, acceleration: [f64; 3]) -> (Flow, [i128; 6]) {
         self.find_cells();
-        with_method!(self.params.method, method => fluid.measure(&self.solids(method)))
+        with_method!(self.params.method, method => fluid.measure(acceleration, &self.solids(method)))
     }
 
     /// [`Fluid::each_cell`] with the mapped particles.

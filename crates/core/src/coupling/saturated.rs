@@ -2,15 +2,16 @@
 //! and a body receives the momentum that the operator gives to its part of the cells.
 //!
 //! ```text
-//! f' = f + (1 - b) W_fluid + b W_solid,   b = e t / ((1 - e) + t + l),   t = tau - 1/2,   e = volume fraction
-//! F = G + S(t) - S(t - dt),   G = -b sum c W_solid,   S = rho V U + sum e rho (u - u_s)
+//! f' = f + W,   b = B / (1 + B),   B = e (1/4 + 3/4 e) t / (0.6 (1 - e) + l),   t = tau - 1/2,   e = volume fraction
+//! sc3: even and odd part of f - feq relax with tau + B / 2 and 1/2 + s / (1 + 2 s B),   s = tau_odd - 1/2
+//! sum c W = (1 - e) rho a - G,   G = 2 b rho (u - u_s) + b (1 - e) rho a,   F = G + S(t) - S(t - dt),   S = rho V U + sum e rho (u - u_s)
 //! ```
 //!
-//! `S` is the momentum inside the body, `l` a leak. Volume fractions of several bodies add up to at most one. The fluid feels
-//! the surface of a body moved in by
+//! Steady Stokes flow past sc3 depends on `t s` only. `S` is the momentum inside the body, `l` a leak. Volume fractions of several bodies
+//! add up to at most one. The fluid feels the surface of a body moved in by
 //!
 //! ```text
-//! 0.062 - 0.4 <H> - 0.12 E cells,   <H> = (int H dA + 1/2 sum L t) / A,   E = V^(1/3) sum L w / (2 A)
+//! 0.04 - 0.3 <H> - 0.12 E cells,   <H> = (int H dA + 1/2 sum L t) / A,   E = V^(1/3) sum L w / (2 A)
 //! w = (1 - cos t + min(4, tan^2(t/2))) / 2
 //! ```
 //!
@@ -32,10 +33,11 @@ use super::method::CouplingMethod;
 use crate::fluid::{ExchangeSum, RigidMotion, Simd};
 use crate::math::{Vec3, to_fixed_wide};
 use crate::particle::Particle;
-use crate::shape::{Curvature, Shape};
+use crate::shape::{Curvature, Ellipsoid, Shape};
 pub use collision::SolidOperator;
 use flat::FlatSurface;
 use round::{CylinderSurface, EllipsoidSurface, SmoothSurface, SphereSurface};
+use std::sync::Arc;
 pub(super) use volume_fraction::face_numbers;
 
 /// Partially saturated cells.
@@ -61,12 +63,16 @@ pub struct SurfaceShift {
 /// Largest mean curvature (1 / cells) for which a surface is moved, that of a sphere 8 cells across: on coarser lattices the
 /// fit does not hold, and bodies moved out so far are unstable.
 const MOST_CURVED: f64 = 0.25;
+/// Factor of the difference of the curvature at an end of an ellipsoid and the mean one, fitted to the drag of spheroids, and most that
+/// counts of the sum of both (1 / cells).
+const END: f64 = 1.75;
+const MOST_CURVED_END: f64 = 0.8;
 
 impl SurfaceShift {
     /// Surfaces stay where they are.
     pub const NONE: Self = Self { plane: 0.0, curvature: 0.0, edges: 0.0 };
     /// Fitted to the drag of spheres and cubes, see `validation/drag`.
-    pub const FITTED: Self = Self { plane: 0.062, curvature: 0.4, edges: 0.12 };
+    pub const FITTED: Self = Self { plane: 0.04, curvature: 0.3, edges: 0.12 };
 }
 
 impl Saturated {
@@ -81,12 +87,26 @@ impl CouplingMethod for Saturated {
         HALF_DIAGONAL
     }
 
-    /// That of the drag, and the part of smooth bodies that makes volumes right where they count as a plane in each cell:
-    /// `(k_1 + k_2) / 24`, taken as the same everywhere.
-    fn surface_shift(self, shape: &dyn Shape, dx: f64) -> f64 {
+    /// Moved by the distance of the drag, and by the part that makes volumes of smooth bodies right where they count as a plane in
+    /// each cell, `(k_1 + k_2) / 24`: that of the whole surface everywhere, along a semi-axis of an ellipsoid by the curvature of its end.
+    fn felt(self, shape: &Arc<dyn Shape>, dx: f64) -> (Arc<dyn Shape>, f64) {
         let SurfaceShift { plane, curvature, edges } = self.shift;
         let Curvature { mean, smooth, sharpness } = shape.curvature();
-        plane + smooth * dx / 12.0 - curvature * (mean * dx).min(MOST_CURVED) - edges * sharpness
+        let shift = |mean: f64, smooth: f64, most: f64| {
+            plane + smooth * dx / 12.0 - curvature * (mean * dx).min(most) - edges * sharpness
+        };
+        let moved = shape.as_ellipsoid().and_then(|semi_axes| {
+            let squares = semi_axes.component_mul(&semi_axes);
+            let end = |i: usize| {
+                let curved = 0.5 * semi_axes[i] * (1.0 / squares[(i + 1) % 3] + 1.0 / squares[(i + 2) % 3]);
+                semi_axes[i] - shift(mean + END * (curved - mean), curved, MOST_CURVED_END) * dx
+            };
+            Ellipsoid::new(Vec3::from_fn(|i, _| end(i))).ok()
+        });
+        match moved {
+            Some(ellipsoid) => (Arc::new(ellipsoid), 0.0),
+            None => (shape.clone(), shift(mean, smooth, MOST_CURVED)),
+        }
     }
 
     fn cover(self, mapper: &Mapper, image: &Image, cover: &mut Cover, simd: Simd) {

@@ -373,3 +373,30 @@ fn fluid_and_particle_keep_their_momentum_and_all_that_is_fed_into_partly_covere
         assert!(rest < 1e-9 && force > 1e-3, "{solids:?}: {rest:e} of {force:e}");
     }
 }
+
+#[test]
+fn steady_flow_through_a_dense_array_does_not_depend_on_the_relaxation_time() {
+    let (cells, radius) = ([10; 3], 4.3 * UNITS.dx);
+    let domain = Domain { faces: Domain::faces([true; 3]), cells, dx: UNITS.dx };
+    let decomposition = Decomposition::new(domain, 1).unwrap();
+    let sphere = Particle::at(0, 0, Vec3::new(0.61, 0.66, 0.58));
+    let store = store(&decomposition, 0, &[sphere], radius);
+    // Over the velocity that the viscosity and the drive make.
+    let flow = |tau: f64| {
+        let params = FluidParams { relaxation_time: tau, ..fluid_for(SC3) };
+        let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
+        let mut coupling = Coupling::new(coupled(SC3), &decomposition, 0, radius);
+        let (nu, mut mean) = ((tau - 0.5) / 3.0, 0.0);
+        coupling.map(&store);
+        // What was within the sphere leaks out slowly.
+        for _ in 0..3000 {
+            let flow = coupling.sweep(&mut fluid, [0.0, 0.0, 1e-5 * nu], true).expect("measured");
+            fluid.exchange();
+            coupling.map(&store);
+            mean = from_fixed_wide(flow.momentum[2]) / 1e3;
+        }
+        mean / 1e-5
+    };
+    let (slow, fast) = (flow(1.0), flow(0.55));
+    assert!(slow > 0.1 && (fast / slow - 1.0).abs() < 1e-4, "{fast} {slow}");
+}

@@ -269,9 +269,9 @@ macro_rules! compiled_for {
     };
     ($s:ty, $lanes:ty, $measure:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
-        fn $measure<M: SolidModel>(fluid: &Fluid<$s>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
+        fn $measure<M: SolidModel>(fluid: &Fluid<$s>, a: [f64; 3], solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
             // SAFETY: `$lanes` needs the same instructions as this function.
-            unsafe { measure_block::<$s, $lanes, M>(fluid, solids) }
+            unsafe { measure_block::<$s, $lanes, M>(fluid, a, solids) }
         }
     };
 }
@@ -383,7 +383,11 @@ macro_rules! population {
                 scalar::<M, TRT, WALLS>(sweep);
             }
 
-            fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
+            fn measure<M: SolidModel>(
+                fluid: &Fluid<Self>,
+                a: [f64; 3],
+                solids: &BlockSolids<M>,
+            ) -> (Flow, [i128; 6]) {
                 compiled_for!($s, $t, scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
@@ -391,10 +395,13 @@ macro_rules! population {
                     compiled_for!($s, $sse2, sse2, "fma,f16c");
                     compiled_for!($s, $avx2, avx2, "avx2,fma,f16c");
                     compiled_for!($s, $avx512, avx512, "avx512f");
-                    call!(fluid.params.simd, [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, solids))
+                    call!(
+                        fluid.params.simd,
+                        [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, a, solids)
+                    )
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                scalar::<M>(fluid, solids)
+                scalar::<M>(fluid, a, solids)
             }
         }
     };

@@ -28,6 +28,30 @@ pub struct Moments<R> {
     pub(crate) u: [R; 3],
 }
 
+impl<R: Copy> Moments<R> {
+    /// Momentum midway between before and after a collision that adds `gained`.
+    #[inline(always)]
+    pub(crate) fn midway<T: Real>(&self, gained: [R; 3]) -> [R; 3]
+    where
+        R: Lanes<T>,
+    {
+        let mut midway = self.momentum;
+        for axis in 0..3 {
+            midway[axis] = R::splat(T::from_f64(0.5)).mul_add(gained[axis], midway[axis]);
+        }
+        midway
+    }
+
+    /// The same where there is no solid, under an acceleration.
+    #[inline(always)]
+    pub(crate) fn driven<T: Real>(&self, a: [R; 3]) -> [R; 3]
+    where
+        R: Lanes<T>,
+    {
+        self.midway([self.rho * a[0], self.rho * a[1], self.rho * a[2]])
+    }
+}
+
 /// Moments of a register of cells from scaled populations.
 #[inline(always)]
 pub(crate) fn moments<S: Population, R: PopulationLanes<S>>(g: &[R; Q]) -> Moments<R> {
@@ -54,6 +78,18 @@ pub(crate) struct RelaxationFactors<T> {
     pub(crate) odd: T,
 }
 
+/// Solids that reflect populations (sc3), by weights that are 0 where there is no solid.
+#[derive(Clone, Copy)]
+pub(crate) struct Reflection<R> {
+    /// Part of the momentum relative to the solid that is reflected.
+    pub(crate) b: R,
+    /// Loss of relaxation of the even part, as a fraction of its rate, and gain of that of the odd part.
+    pub(crate) even: R,
+    pub(crate) odd: R,
+    /// `u_s`.
+    pub(crate) velocity: [R; 3],
+}
+
 /// Change of the populations of a register of cells by a collision: relaxation, and the push to a velocity `u*`.
 ///
 /// ```text
@@ -77,15 +113,15 @@ pub(crate) struct Relaxation<R> {
 impl<R: Copy> Relaxation<R> {
     /// Relaxes the cells and pushes them to the velocity `target`, with two relaxation times if `TRT`.
     ///
-    /// With `reflected = (b, u_s)` (sc3) the fraction `1 - b` of the cell is relaxed and the fraction `b` reflected: in the even
-    /// part of a pair `f_i + f_-i` stays, in the odd part `f_i - f_-i` changes sign and gains that of the equilibrium at twice
-    /// `u_s`. Cells of `b = 0` get the same bits as with two relaxation times and without a solid.
+    /// With a solid that reflects the even part of a pair relaxes less and the odd part more, until all of `f_i + f_-i` stays and
+    /// `f_i - f_-i` changes sign; the momentum changes by `rho ((1 - b) (u* - u) - 2 b (u - u_s))`. Cells without a solid get
+    /// the same bits as with two relaxation times and without a reflection.
     #[inline(always)]
     pub(crate) fn new<T: Real, const TRT: bool>(
         cells: &Moments<R>,
         target: [R; 3],
         factors: RelaxationFactors<T>,
-        reflected: Option<(R, [R; 3])>,
+        reflected: Option<Reflection<R>>,
     ) -> Self
     where
         R: Lanes<T>,
@@ -100,13 +136,14 @@ impl<R: Copy> Relaxation<R> {
         for axis in 0..3 {
             odd[axis] = k_odd.neg_mul_add(u[axis], target[axis]);
         }
-        if let Some((b, velocity)) = reflected {
-            let (open, twice) = (R::splat(T::ONE) - b, b + b);
-            rest = open.mul_add(rest, b);
-            half_odd = open.mul_sub(half_odd, c(0.5) * b);
+        if let Some(Reflection { b, even, odd: more, velocity: v }) = reflected {
+            let open = R::splat(T::ONE) - even;
+            rest = open.mul_add(rest, even);
+            half_odd = c(0.5).neg_mul_add(more, half_odd);
             (deviation, scale) = (open * deviation, open * scale);
             for axis in 0..3 {
-                odd[axis] = twice.mul_add(velocity[axis], open * odd[axis]);
+                let relative = (target[axis] - v[axis]) + (u[axis] - v[axis]);
+                odd[axis] = more.mul_add(u[axis], b.neg_mul_add(relative, odd[axis]));
             }
         }
         let ku = [k * u[0], k * u[1], k * u[2]];
@@ -318,7 +355,7 @@ pub(crate) unsafe fn sweep_row<
                 let kept = if S::IS_CONVERTED { Some(&g) } else { None };
                 // SAFETY: as for the loads.
                 unsafe { relaxation.apply::<S, TRT>(slots, x, kept) };
-                cells.momentum
+                if M::MIDWAY { cells.driven(a) } else { cells.momentum }
             };
             if MEASURE {
                 for axis in 0..3 {

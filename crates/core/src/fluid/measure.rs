@@ -3,13 +3,13 @@
 //!
 //! ```text
 //! S = sum over cells of (r g + g r) / 2 - tau Q,     r from the centre of the particle
-//! tau Q = b Pi_neq    sc1 and sc3: what is reflected does not relax, so the solid itself carries stress
+//! tau Q = c Pi_neq    c = b in sc1, 1 - tau / T in sc3: what is reflected does not relax, so the solid itself carries stress
 //! tau Q = 0           sc2 and exact difference, except for terms of second order in u
 //! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>      exact in steady shear, both couplings, any grid
 //! ```
 //!
 //! `g` is the momentum that the solid of a cell takes in a step: `(1 - B) rho (u - u_s)`, in partially saturated
-//! cells `-b sum c W_solid`. All is a function of the state between two steps, so it costs nothing where it is not
+//! cells `G`. All is a function of the state between two steps, so it costs nothing where it is not
 //! requested. Derivation: `docs/theory/coupling.md`.
 //!
 //! Reference: Batchelor (1970), doi:10.1017/S0022112070000745.
@@ -32,10 +32,11 @@ use crate::math::to_fixed;
 #[inline(always)]
 pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, M: SolidModel>(
     fluid: &Fluid<S>,
+    acceleration: [f64; 3],
     solids: &BlockSolids<M>,
 ) -> (Flow, [i128; 6]) {
     let ([nx, ny, nz], lo, layout) = (fluid.layout.size, fluid.block.lo, &fluid.layout);
-    let (row, model) = (row_of(fluid, [0.0; 3]), solids.model);
+    let (row, model) = (row_of(fluid, acceleration), solids.model);
     let mut solid = SolidRow::new(row.chunks);
     let zeros = || vec![S::Number::ZERO; row.chunks * CHUNK];
     let mut measured = Measured { momentum: std::array::from_fn(|_| zeros()) };
@@ -150,7 +151,8 @@ unsafe fn measure_row<S: Population, R: PopulationLanes<S>, M: SolidModel>(
                 *g = unsafe { R::load_scaled(slot.add(x)) };
             }
             let cells = moments::<S, R>(&g);
-            let mut mean = cells.momentum;
+            let mut mean =
+                if M::MIDWAY { cells.driven(row.acceleration.map(R::splat)) } else { cells.momentum };
             if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
                 let covered = unsafe { Covered::<R>::load::<S::Number, M>(solids, x) };
@@ -165,11 +167,9 @@ unsafe fn measure_row<S: Population, R: PopulationLanes<S>, M: SolidModel>(
                         unsafe { put(reflected, x, b * stress) };
                     }
                 }
-                for axis in 0..3 {
-                    let relative = cells.u[axis] - covered.velocity[axis];
-                    let force = measure.received * relative;
+                for (incoming, received) in solids.incoming.iter_mut().zip(measure.received) {
                     // SAFETY: the array has a chunk more than the row.
-                    unsafe { put(&mut solids.incoming[axis], x, force) };
+                    unsafe { put(incoming, x, received) };
                 }
             }
             for axis in 0..3 {

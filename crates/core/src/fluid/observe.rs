@@ -32,7 +32,7 @@ impl<S: Population> Fluid<S> {
 
     /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids
     /// and the acceleration of the coming sweep: the velocity midway between before and after the collision,
-    /// `u + (B a + drag (u_s - u)) / 2`, with the [`drag`](SolidModel::drag) of the method.
+    /// `u + du / 2`, with what the cell [receives](SolidModel::received).
     pub fn each_cell<M: SolidModel>(
         &self,
         cells: Block,
@@ -60,10 +60,9 @@ impl<S: Population> Fluid<S> {
                 }
                 let (rho, u) = self.moments([x, y, z]);
                 let (solid_fraction, _, solid_velocity) = row.cell(x);
-                let drag = model.drag(solid_fraction, t);
+                let [drag, driven] = model.received(solid_fraction, t);
                 let velocity = std::array::from_fn(|a| {
-                    let change = (1.0 - solid_fraction) * acceleration[a] + drag * (solid_velocity[a] - u[a]);
-                    u[a] + 0.5 * change
+                    u[a] + 0.5 * (driven * acceleration[a] + drag * (solid_velocity[a] - u[a]))
                 });
                 visit(CellState { density_deviation: rho - 1.0, velocity, solid_fraction });
             }
@@ -94,8 +93,12 @@ impl<S: Population> Fluid<S> {
 
     /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles
     /// ([`measure`](super::measure)); nothing changes, and no message is sent.
-    pub fn measure<M: SolidModel>(&self, solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
-        S::measure(self, solids)
+    pub fn measure<M: SolidModel>(
+        &self,
+        acceleration: [f64; 3],
+        solids: &BlockSolids<M>,
+    ) -> (Flow, [i128; 6]) {
+        S::measure(self, acceleration, solids)
     }
 
     /// Force and torque on each wall in the last step over the cells of this block, as exact sums; without the pressure of a

@@ -35,7 +35,11 @@ pub trait Population: Pod + Send + Sync {
     #[doc(hidden)]
     fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>);
     #[doc(hidden)]
-    fn measure<M: SolidModel>(fluid: &Fluid<Self>, solids: &BlockSolids<M>) -> (Flow, [i128; 6]);
+    fn measure<M: SolidModel>(
+        fluid: &Fluid<Self>,
+        acceleration: [f64; 3],
+        solids: &BlockSolids<M>,
+    ) -> (Flow, [i128; 6]);
 
     /// The population as a number that is not rounded further.
     fn wide(self) -> f64 {

@@ -22,9 +22,11 @@ pub trait SolidModel: Copy {
     /// Solid fractions are of the volume: they add up to at most one, `B = max(0, 1 - sum e_k)`, and divide the momentum of
     /// a cell among bodies. Otherwise `B = prod (1 - phi_k)`, and each body receives what its own velocity says.
     const BY_VOLUME: bool;
+    /// Measured momentum is that midway between before and after the collision, as velocities of fields are; otherwise that before it.
+    const MIDWAY: bool;
 
     /// Collides the register of cells at `x` in place under the acceleration `a`, writes what the solids exchange to
-    /// `solids`, and returns the mean momentum of solid and fluid.
+    /// `solids`, and returns the measured momentum of solid and fluid.
     ///
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots, and the row has as many cells from there on.
@@ -51,17 +53,17 @@ pub trait SolidModel: Copy {
         String::new()
     }
 
-    /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)`; `t = tau - 1/2`.
-    fn drag(self, e: f64, t: f64) -> f64;
+    /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)` and over `rho a`; `t = tau - 1/2`.
+    fn received(self, e: f64, t: f64) -> [f64; 2];
 }
 
 /// Momentum of a register of cells, as a collision would see it.
 pub struct Measure<R> {
     /// That of solid and fluid.
     pub(crate) mean: [R; 3],
-    /// Momentum that the solids receive, over `u - u_s`.
-    pub(crate) received: R,
-    /// Part of the deviation from equilibrium that the solids reflect, if they reflect any.
+    /// Momentum that the solids receive.
+    pub(crate) received: [R; 3],
+    /// Part of the deviation from equilibrium that the solids keep from relaxing, if they do.
     pub(crate) reflected: Option<R>,
 }
 

@@ -276,33 +276,42 @@ fn collided(
     let u: [f64; 3] = std::array::from_fn(|a| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>() / rho);
     let opposite = crate::lattice::opposite;
     let (eq, solid) = (shifted_equilibrium(rho, u), shifted_equilibrium(rho, us));
-    let relaxed = |i: usize| {
+    let halves = |f: &[f64; Q], i: usize| {
         let k = opposite(i);
-        let (there, back) = (g[i] - eq[i], g[k] - eq[k]);
-        -0.5 * (there + back) / tau - 0.5 * (there - back) / tau_odd
+        [0.5 * (f[i] + f[k]), 0.5 * (f[i] - f[k])]
     };
-    let t = tau - 0.5;
-    let (b, force) = if operator.is_none() {
-        (0.0, 0.0)
-    } else {
-        let b = e * t / (1.0 - e + t + 0.01 + 20.0 * t * overlap);
-        (b, (1.0 - e) / (1.0 - b))
+    let deviation: [f64; Q] = std::array::from_fn(|i| g[i] - eq[i]);
+    let relaxed = |i: usize, [even, odd]: [f64; 2]| {
+        let [sum, difference] = halves(&deviation, i);
+        -sum / even - difference / odd
     };
+    let weight = e * (0.25 + 0.75 * e) * (tau - 0.5);
+    let beta = weight / (0.6 * (1.0 - e) + 0.01 + 20.0 * (tau - 0.5) * overlap);
+    let b = if operator.is_some() { beta / (1.0 + beta) } else { 0.0 };
     let target: [f64; 3] = std::array::from_fn(|k| match operator {
         None => (1.0 - e) * (u[k] + a[k]) + e * us[k],
-        Some(_) => u[k] + force * a[k],
+        Some(_) => u[k] + (1.0 - e) * a[k],
     });
     let pushed = shifted_equilibrium(rho, target);
+    let push: [f64; Q] = std::array::from_fn(|i| pushed[i] - eq[i]);
     std::array::from_fn(|i| {
         let k = opposite(i);
-        let fluid = relaxed(i) + pushed[i] - eq[i];
-        let operator = match operator {
-            None => 0.0,
-            Some(SolidOperator::Sc1) => g[k] - g[i] + solid[i] - eq[k],
-            Some(SolidOperator::Sc2) => solid[i] - eq[i] + relaxed(i),
-            Some(SolidOperator::Sc3) => g[k] - g[i] + solid[i] - solid[k],
-        };
-        g[i] + (1.0 - b) * fluid + b * operator
+        let fluid = relaxed(i, [tau, tau_odd]) + push[i];
+        match operator {
+            None => g[i] + fluid,
+            Some(SolidOperator::Sc1) => g[i] + (1.0 - b) * fluid + b * (g[k] - g[i] + solid[i] - eq[k]),
+            Some(SolidOperator::Sc2) => {
+                g[i] + (1.0 - b) * fluid + b * (solid[i] - eq[i] + relaxed(i, [tau, tau_odd]))
+            }
+            Some(SolidOperator::Sc3) => {
+                let odd = 0.5 + (tau_odd - 0.5) / (1.0 + 2.0 * (tau_odd - 0.5) * beta);
+                let times = [tau + 0.5 * beta, odd];
+                let [even_push, odd_push] = halves(&push, i);
+                let [_, relative] = halves(&std::array::from_fn(|j| eq[j] - solid[j]), i);
+                g[i] + relaxed(i, times) + tau / times[0] * even_push + (1.0 - b) * odd_push
+                    - 2.0 * b * relative
+            }
+        }
     })
 }
 
@@ -385,9 +394,10 @@ fn an_operator_gives_a_solid_cell_the_momentum_that_the_particle_is_told() {
             let after = collided(&g, &params, Some(operator), [force, 0.0, 0.0], (e, overlap, us));
             let mass: f64 = after.iter().sum();
             assert!((mass - g.iter().sum::<f64>()).abs() < 1e-15);
-            let b = e * 0.06 / (1.0 - e + 0.06 + 0.01 + 1.2 * overlap);
+            let weight = e * (0.25 + 0.75 * e) * 0.06;
+            let b = weight / (0.6 * (1.0 - e) + 0.01 + 1.2 * overlap + weight);
             for a in 0..3 {
-                let fed = if a == 0 { (1.0 - e) * rho * force } else { 0.0 };
+                let fed = if a == 0 { (1.0 - b) * (1.0 - e) * rho * force } else { 0.0 };
                 let expected = fed + b * operator.momentum() * (rho * us[a] - momentum(&g, a));
                 let given = momentum(&after, a) - momentum(&g, a);
                 assert!((given - expected).abs() < 1e-15, "{operator:?} {e}");

@@ -117,6 +117,10 @@ impl Shape for Superellipsoid {
         "superellipsoid"
     }
 
+    fn as_ellipsoid(&self) -> Option<Vec3> {
+        self.p.iter().all(|p| p.to_bits() == 2.0_f64.to_bits()).then_some(self.semi_axes)
+    }
+
     fn volume(&self) -> f64 {
         self.volume
     }

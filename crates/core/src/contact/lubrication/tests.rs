@@ -169,8 +169,7 @@ fn two_spheres_that_move_like_one_rigid_body_feel_nothing_and_any_other_motion_c
 
 #[test]
 fn films_at_walls_are_symmetric_and_any_motion_costs_energy_for_all_relaxation_times_and_gaps() {
-    let kinds =
-        [0.53, 0.65, 0.8, 1.0].map(|time| [Unresolved::homogenised(time), Unresolved::saturated(time)]);
+    let kinds = [0.53, 0.65, 0.8, 1.0].map(|time| [Unresolved::homogenised(time), Unresolved::saturated()]);
     for unresolved in kinds.into_iter().flatten() {
         let lubrication = Lubrication { viscosity: VISCOSITY, roughness: 1e-4, cell: 0.1, unresolved };
         for gap in [1e-5, 1e-3, 0.01, 0.03, 0.05, 0.1, 0.15, 0.2, 0.25] {
@@ -200,7 +199,7 @@ fn ellipsoids_with_equal_axes_have_the_film_of_spheres() {
             viscosity: VISCOSITY,
             roughness: 1e-4,
             cell: 0.1,
-            unresolved: Unresolved::saturated(0.65),
+            unresolved: Unresolved::saturated(),
         };
         let bodies = [a, b].map(|r: f64| Ellipsoidal::new(Vec3::repeat(r), &random_turn(&mut random)));
         let normal = random_direction(&mut random);
@@ -325,7 +324,7 @@ fn a_sphere_at_a_face_has_the_film_of_a_flat_body_and_none_beyond_the_rim_which_
 
 #[test]
 fn the_force_ends_without_a_step_at_the_range_and_stays_the_same_below_the_roughness() {
-    let unresolved = Unresolved::saturated(0.65);
+    let unresolved = Unresolved::saturated();
     let lubrication = Lubrication { viscosity: 1.0, roughness: 1e-3, cell: 0.1, unresolved };
     let squeezing = |gap: f64| {
         let gap = Gap::of_spheres([1.0, 2.0], Vec3::z(), gap);

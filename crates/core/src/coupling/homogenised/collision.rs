@@ -9,6 +9,7 @@ use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
 impl SolidModel for Homogenised {
     const PAIRS: bool = false;
     const BY_VOLUME: bool = false;
+    const MIDWAY: bool = false;
 
     #[inline(always)]
     unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
@@ -45,10 +46,14 @@ impl SolidModel for Homogenised {
         covered: &Covered<R>,
         _: &Row<T>,
     ) -> Measure<R> {
-        Measure { mean: cells.momentum, received: covered.solid * cells.rho, reflected: None }
+        let (given, mut received) = (covered.solid * cells.rho, cells.u);
+        for axis in 0..3 {
+            received[axis] = given * (cells.u[axis] - covered.velocity[axis]);
+        }
+        Measure { mean: cells.momentum, received, reflected: None }
     }
 
-    fn drag(self, e: f64, _: f64) -> f64 {
-        e
+    fn received(self, e: f64, _: f64) -> [f64; 2] {
+        [e, 1.0 - e]
     }
 }

@@ -1,7 +1,7 @@
 //! Collision of partially saturated cells, and the momentum that they exchange.
 
 use super::Saturated;
-use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put, store_pair};
+use crate::fluid::kernel::{Moments, Reflection, Relaxation, Row, Slots, put, store_pair};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
 use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
@@ -11,6 +11,10 @@ use serde::{Deserialize, Serialize};
 /// Leak that keeps cells within a solid from reflecting everything, and the part of it that overlaps add (sc1 to sc3).
 const LEAK: f64 = 0.01;
 const FILM: f64 = 20.0;
+/// Weight of the part of a cell that is open: with it the fluid feels surfaces where they are, but for a few hundredths of a cell.
+const OPEN: f64 = 0.6;
+/// Share of the fraction in the weight of a cell; the rest is of its square.
+const PLAIN: f64 = 0.25;
 
 /// Collision in solid cells of the coupling "saturated".
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -47,6 +51,7 @@ impl SolidOperator {
 impl SolidModel for Saturated {
     const PAIRS: bool = true;
     const BY_VOLUME: bool = true;
+    const MIDWAY: bool = true;
 
     #[inline(always)]
     unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
@@ -59,38 +64,33 @@ impl SolidModel for Saturated {
         x: usize,
     ) -> [R; 3] {
         let Moments { momentum, rho, u, .. } = *cells;
-        let (one, t) = (R::splat(S::Number::ONE), R::splat(row.above_half));
         // SAFETY: promised by the caller.
         let covered = unsafe { Covered::<R>::load::<S::Number, Self>(solids, x) };
-        let Covered { solid, velocity, .. } = covered;
-        // Exactly one where there is no solid: such a cell must not depend on the others in its register.
-        let (b, driven) = reflected(&covered, t);
-        let given = (b * rho) * R::splat(S::Number::from_f64(self.operator.momentum()));
-        let kept = (one - b) * (rho * driven);
-        let (mut target, mut mean) = (u, momentum);
+        let Covered { open, solid, velocity, .. } = covered;
+        let reflection = reflection(&covered, row);
+        let b = reflection.b;
+        let Exchange { gained, force } = self.exchange(cells, &covered, b, a);
+        let mut target = u;
         for axis in 0..3 {
-            target[axis] = driven.mul_add(a[axis], u[axis]);
-            let force = given * (u[axis] - velocity[axis]);
-            let left = kept.mul_add(a[axis], momentum[axis]) - force;
-            let inside = solid * rho.neg_mul_add(velocity[axis], left);
-            mean[axis] = with_solid(&covered, cells, axis);
+            target[axis] = open.mul_add(a[axis], u[axis]);
+            let inside = solid * rho.neg_mul_add(velocity[axis], momentum[axis] + gained[axis]);
             // SAFETY: the arrays hold a chunk more than the row.
             unsafe {
-                put(&mut solids.incoming[axis], x, force + inside);
+                put(&mut solids.incoming[axis], x, force[axis] + inside);
                 put(&mut solids.outgoing[axis], x, inside);
             }
         }
         // SAFETY: promised by the caller.
         unsafe {
             if self.operator == SolidOperator::Sc3 {
-                Relaxation::new::<S::Number, TRT>(cells, target, row.factors, Some((b, velocity)))
+                Relaxation::new::<S::Number, TRT>(cells, target, row.factors, Some(reflection))
                     .apply::<S, true>(slots, x, None);
             } else {
                 let fluid = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
                 self.pull::<S, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));
             }
         }
-        mean
+        with_solid(&covered, cells, gained)
     }
 
     #[inline(always)]
@@ -100,16 +100,14 @@ impl SolidModel for Saturated {
         covered: &Covered<R>,
         row: &Row<T>,
     ) -> Measure<R> {
-        let (b, _) = reflected(covered, R::splat(row.above_half));
-        Measure {
-            mean: [
-                with_solid(covered, cells, 0),
-                with_solid(covered, cells, 1),
-                with_solid(covered, cells, 2),
-            ],
-            received: b * cells.rho * R::splat(T::from_f64(self.operator.momentum())),
-            reflected: (self.operator != SolidOperator::Sc2).then_some(b),
-        }
+        let Reflection { b, even, .. } = reflection(covered, row);
+        let Exchange { gained, force } = self.exchange(cells, covered, b, row.acceleration.map(R::splat));
+        let reflected = match self.operator {
+            SolidOperator::Sc1 => Some(b),
+            SolidOperator::Sc2 => None,
+            SolidOperator::Sc3 => Some(even),
+        };
+        Measure { mean: with_solid(covered, cells, gained), received: force, reflected }
     }
 
     fn kernel_options(self) -> String {
@@ -117,12 +115,39 @@ impl SolidModel for Saturated {
         format!("-D{name} -DMOMENTUM={momentum:?}")
     }
 
-    fn drag(self, e: f64, t: f64) -> f64 {
-        self.operator.momentum() * e * t / (1.0 - e + t)
+    fn received(self, e: f64, t: f64) -> [f64; 2] {
+        let x = e * (PLAIN + (1.0 - PLAIN) * e) * t;
+        let b = x / (OPEN * (1.0 - e) + LEAK + x);
+        [self.operator.momentum() * b, (1.0 - e) * (1.0 - b)]
     }
 }
 
+/// Momentum that a register of cells gains, and that its solids receive.
+struct Exchange<R> {
+    gained: [R; 3],
+    force: [R; 3],
+}
+
 impl Saturated {
+    /// Of what drives the cell, `rho (1 - e) a`, the solid takes the part `b` at once.
+    #[inline(always)]
+    fn exchange<T: Real, R: Lanes<T>>(
+        self,
+        &Moments { rho, u, .. }: &Moments<R>,
+        covered: &Covered<R>,
+        b: R,
+        a: [R; 3],
+    ) -> Exchange<R> {
+        let given = (b * rho) * R::splat(T::from_f64(self.operator.momentum()));
+        let (mut gained, mut force) = (u, u);
+        for axis in 0..3 {
+            let fed = rho * (covered.open * a[axis]);
+            force[axis] = given.mul_add(u[axis] - covered.velocity[axis], b * fed);
+            gained[axis] = fed - force[axis];
+        }
+        Exchange { gained, force }
+    }
+
     /// Collides cells by one of the operators that work on single populations: `f' = relaxed + b (pulled - relaxed)`.
     ///
     /// # Safety
@@ -161,23 +186,36 @@ impl Saturated {
     }
 }
 
-/// `b = e t / T`, `T = (1 - e) + t + l`, and the part of the acceleration that acts, `1 - e q / (q + (1 - e) t)` with `q = T - t`.
+/// `b = w(1)`, `w(q)` and `2 r w(r)` with `w(s) = s e^2 t / (0.45 (1 - e) + l + s e^2 t)`, `q = 1 / (2 tau)`, `r = 1 - 1 / (2 tau_odd)`. All are
+/// exactly 0 where there is no solid: such a cell must not depend on the others in its register.
 #[inline(always)]
-fn reflected<T: Real, R: Lanes<T>>(covered: &Covered<R>, above_half: R) -> (R, R) {
+fn reflection<T: Real, R: Lanes<T>>(covered: &Covered<R>, row: &Row<T>) -> Reflection<R> {
     let c = |x: f64| R::splat(T::from_f64(x));
-    let Covered { open, solid, overlap, .. } = *covered;
-    let through = (c(FILM) * above_half).mul_add(overlap, open + c(LEAK));
-    let (total, mixed) = (through + above_half, open.mul_add(above_half, through));
-    // One division for both.
-    let over = solid * (total * mixed).recip();
-    ((above_half * mixed) * over, (through * total).neg_mul_add(over, R::splat(T::ONE)))
+    let Covered { open, solid, overlap, velocity } = *covered;
+    let (t, one) = (R::splat(row.above_half), R::splat(T::ONE));
+    let through = (c(FILM) * t).mul_add(overlap, c(OPEN).mul_add(open, c(LEAK)));
+    let (q, r) = (one - R::splat(row.factors.even), one + R::splat(row.factors.odd));
+    let x = (t * solid) * c(1.0 - PLAIN).mul_add(solid, c(PLAIN));
+    let (qx, rx) = ((c(0.5) * q) * x, (c(0.5) * r) * x);
+    let (all, even, odd) = (through + x, through + qx, through + rx);
+    // One division for all.
+    let over = ((all * even) * odd).recip();
+    Reflection {
+        b: (x * (even * odd)) * over,
+        even: (qx * (all * odd)) * over,
+        odd: (r * (rx * (all * even))) * over,
+        velocity,
+    }
 }
 
-/// Momentum of a cell, that of its solid as it moves.
+/// Momentum of cells midway, that of their solid as it moves.
 #[inline(always)]
-fn with_solid<T: Real, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, axis: usize) -> R {
-    let momentum = cells.momentum[axis];
-    momentum - covered.solid * (momentum - cells.rho * covered.velocity[axis])
+fn with_solid<T: Real, R: Lanes<T>>(covered: &Covered<R>, cells: &Moments<R>, gained: [R; 3]) -> [R; 3] {
+    let mut mean = cells.midway(gained);
+    for axis in 0..3 {
+        mean[axis] = mean[axis] - covered.solid * (mean[axis] - cells.rho * covered.velocity[axis]);
+    }
+    mean
 }
 
 /// `feq_i(u_s) - feq_-i(u)`, what bounce-back adds to `f_-i`.

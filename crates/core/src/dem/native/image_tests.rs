@@ -31,7 +31,7 @@ fn templates() -> Arc<[Template]> {
 fn params(lubricated: bool) -> NativeParams {
     let mut contact = ContactModel { friction: FrictionLaw::Mindlin, ..MATERIAL.into() };
     if lubricated {
-        let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated(0.65) };
+        let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated() };
         contact = MATERIAL.into();
         contact.lubrication = Some(Lubrication { viscosity: 1.0, roughness: 1e-6, cell: DX, unresolved });
     }

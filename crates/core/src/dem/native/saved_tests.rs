@@ -12,7 +12,7 @@ fn engine(damping: DampingLaw, comm: &Comm, all: &[Particle]) -> Native {
     if let Some(contact) = &mut params.contact {
         contact.damping = damping;
         if damping == DampingLaw::Tsuji {
-            let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated(0.65) };
+            let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated() };
             let film = Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: CHANNEL.dx, unresolved };
             contact.lubrication = Some(film);
         }

@@ -99,20 +99,27 @@ typedef struct {
 
 #define PRODUCT(a, b) fma(target[a], target[b], -(ku[a] * c->u[b]))
 
-// `reflected`: the fraction `b` of the cell is reflected off a wall of velocity `v` (sc3).
-Relaxation relaxation_of(const Moments* c, const REAL target[3], REAL k, REAL k_odd, int reflected, REAL b, const REAL v[3]) {
+// Weights of a solid of velocity `v` that reflects populations (sc3), `Reflection` of `fluid/kernel.rs`.
+typedef struct {
+    REAL b, even, odd;
+} Reflection;
+
+Relaxation relaxation_of(const Moments* c, const REAL target[3], REAL k, REAL k_odd, int reflected, const Reflection* solid, const REAL v[3]) {
     Relaxation r;
     REAL rest = k, half_odd = K(0.5) * k_odd;
     REAL deviation = (K(1.0) - k) * c->deviation, scale = K(0.125) * c->rho;
     REAL odd[3], ku[3];
     for (int a = 0; a < 3; a++) odd[a] = fma(-k_odd, c->u[a], target[a]);
     if (reflected) {
-        REAL open = K(1.0) - b, twice = b + b;
-        rest = fma(open, rest, b);
-        half_odd = fma(open, half_odd, -(K(0.5) * b));
+        REAL open = K(1.0) - solid->even;
+        rest = fma(open, rest, solid->even);
+        half_odd = fma(-K(0.5), solid->odd, half_odd);
         deviation = open * deviation;
         scale = open * scale;
-        for (int a = 0; a < 3; a++) odd[a] = fma(twice, v[a], open * odd[a]);
+        for (int a = 0; a < 3; a++) {
+            REAL relative = (target[a] - v[a]) + (c->u[a] - v[a]);
+            odd[a] = fma(solid->odd, c->u[a], fma(-solid->b, relative, odd[a]));
+        }
     }
     for (int a = 0; a < 3; a++) ku[a] = k * c->u[a];
     REAL twofold = scale + scale;
@@ -416,6 +423,8 @@ float fraction_of(__global const int* image, __global const double* numbers, __g
 
 #define LEAK 0.01
 #define FILM 20.0
+#define OPEN 0.6
+#define PLAIN 0.25
 
 // How an operator treats a covered cell: it reflects in the relaxation, or PULLS single populations.
 #if !BY_VOLUME
@@ -609,29 +618,34 @@ __kernel WORK_GROUP(TILE) void sweep(
     if (is_swept) {
         Moments c = moments_of(f);
         REAL k = K(relaxation.of[0]), k_odd = K(relaxation.of[1]), t = K(relaxation.of[5]);
-        REAL target[3], b = K(0.0);
+        REAL target[3];
+        Reflection reflection = {K(0.0), K(0.0), K(0.0)};
         Relaxation r;
-        for (int a = 0; a < 3; a++) mean[a] = c.m[a];
+        for (int a = 0; a < 3; a++) mean[a] = BY_VOLUME ? fma(K(0.5), c.rho * K(relaxation.of[2 + a]), c.m[a]) : c.m[a];
         if (is_covered) {
 #if BY_VOLUME
             REAL overlap = fraction - K(1.0);
             overlap = overlap > K(0.0) ? overlap : K(0.0);
             solid = fraction - overlap;
             REAL open = K(1.0) - solid;
-            REAL through = fma(K(FILM) * t, overlap, open + K(LEAK));
-            REAL total = through + t, mixed = fma(open, t, through);
-            REAL over = solid * (K(1.0) / (total * mixed));
-            b = (t * mixed) * over;
-            REAL driven = fma(-(through * total), over, K(1.0));
-            REAL given = (b * c.rho) * K(MOMENTUM);
-            REAL kept = (K(1.0) - b) * (c.rho * driven);
+            REAL through = fma(K(FILM) * t, overlap, fma(K(OPEN), open, K(LEAK)));
+            REAL q = K(1.0) - k, s = K(1.0) + k_odd, x = (t * solid) * fma(K(1.0 - PLAIN), solid, K(PLAIN));
+            REAL qx = (K(0.5) * q) * x, sx = (K(0.5) * s) * x;
+            REAL all = through + x, even = through + qx, odd = through + sx;
+            REAL over = K(1.0) / ((all * even) * odd);
+            reflection.b = (x * (even * odd)) * over;
+            reflection.even = (qx * (all * odd)) * over;
+            reflection.odd = (s * (sx * (all * even))) * over;
+            REAL given = (reflection.b * c.rho) * K(MOMENTUM);
             for (int a = 0; a < 3; a++) {
                 REAL acceleration = K(relaxation.of[2 + a]);
-                target[a] = fma(driven, acceleration, c.u[a]);
-                REAL force = given * (c.u[a] - v[a]);
-                REAL left = fma(kept, acceleration, c.m[a]) - force;
-                REAL inside = solid * fma(-c.rho, v[a], left);
-                mean[a] = c.m[a] - solid * (c.m[a] - c.rho * v[a]);
+                target[a] = fma(open, acceleration, c.u[a]);
+                REAL fed = c.rho * (open * acceleration);
+                REAL force = fma(given, c.u[a] - v[a], reflection.b * fed);
+                REAL gained = fed - force;
+                REAL inside = solid * fma(-c.rho, v[a], c.m[a] + gained);
+                REAL midway = fma(K(0.5), gained, c.m[a]);
+                mean[a] = midway - solid * (midway - c.rho * v[a]);
                 in[a] = force + inside;
                 out[a] = inside;
             }
@@ -645,10 +659,10 @@ __kernel WORK_GROUP(TILE) void sweep(
             }
             in[3] = c.deviation - UNSCALED(f[0]);
 #endif
-            r = relaxation_of(&c, target, k, k_odd, REFLECTS, b, v);
+            r = relaxation_of(&c, target, k, k_odd, REFLECTS, &reflection, v);
         } else {
             for (int a = 0; a < 3; a++) target[a] = c.u[a] + K(relaxation.of[2 + a]);
-            r = relaxation_of(&c, target, k, k_odd, 0, b, v);
+            r = relaxation_of(&c, target, k, k_odd, 0, &reflection, v);
         }
         if (wall == 1) {
             for (int i = 0; i < Q; i++) WRITE(g, cell + slots.of[i], K(0.0));
@@ -656,7 +670,7 @@ __kernel WORK_GROUP(TILE) void sweep(
 #ifdef PULLS
         } else if (is_covered) {
             // In populations as they are, not as they are stored.
-            Relaxation to = relaxation_of(&c, v, k, k_odd, 0, b, v);
+            Relaxation to = relaxation_of(&c, v, k, k_odd, 0, &reflection, v);
             for (int a = 0; a < 2; a++) { r.base[a] = UNSCALED(r.base[a]); to.base[a] = UNSCALED(to.base[a]); }
             for (int a = 0; a < 6; a++) { r.quadratic[a] = UNSCALED(r.quadratic[a]); to.quadratic[a] = UNSCALED(to.quadratic[a]); }
             for (int a = 0; a < 3; a++) { r.linear[a] = UNSCALED(r.linear[a]); to.linear[a] = UNSCALED(to.linear[a]); }
@@ -667,7 +681,7 @@ __kernel WORK_GROUP(TILE) void sweep(
 #else
             REAL pulled = f[0] + bounced(&c, v, 0);
 #endif
-            WRITE(g, cell + slots.of[0], SCALED(fma(b, pulled - relaxed, relaxed)));
+            WRITE(g, cell + slots.of[0], SCALED(fma(reflection.b, pulled - relaxed, relaxed)));
             for (int i = 1; i < Q; i += 2) {
                 REAL there, back, pulled_there, pulled_back;
                 pair_of(&r, i, f[i], f[i + 1], &there, &back);
@@ -677,8 +691,8 @@ __kernel WORK_GROUP(TILE) void sweep(
                 pulled_there = f[i + 1] + bounced(&c, v, i);
                 pulled_back = f[i] + bounced(&c, v, i + 1);
 #endif
-                WRITE(g, cell + slots.of[i + 1], SCALED(fma(b, pulled_there - there, there)));
-                WRITE(g, cell + slots.of[i], SCALED(fma(b, pulled_back - back, back)));
+                WRITE(g, cell + slots.of[i + 1], SCALED(fma(reflection.b, pulled_there - there, there)));
+                WRITE(g, cell + slots.of[i], SCALED(fma(reflection.b, pulled_back - back, back)));
             }
 #endif
         } else {
