@@ -261,8 +261,8 @@ const KEYS: [(&str, &str); 13] = [
     ("place", "0"),
     ("speed", "0"),
     ("re", "0.02"),
-    ("plane", "0.062"),
-    ("curvature", "0.4"),
+    ("plane", "0.04"),
+    ("curvature", "0.3"),
     ("edges", "0.12"),
 ];
 

@@ -264,7 +264,7 @@ fn measure(row: &Row) -> Outcome {
             let still = Side { velocity: Vec3::zeros(), spin: Vec3::zeros(), rates: [0.0; 2] };
             let sides = [&side(&first), &if other.is_some() { side(&second) } else { still }];
             let unresolved = match row.method {
-                Method::Saturated(_) => Unresolved::saturated(row.tau),
+                Method::Saturated(_) => Unresolved::saturated(),
                 Method::Homogenised(_) => Unresolved::homogenised(row.tau),
             };
             let film = Lubrication { viscosity: nu, roughness: 0.0, cell: 1.0, unresolved };
