@@ -409,11 +409,10 @@ impl Simulation {
     /// [`Error::Diverged`] or [`Error::Engine`] on every rank. Collective.
     pub fn check(&mut self) -> Result<()> {
         self.known_failure()?;
-        let particles = self.dem.particles();
-        let (step, unit) = (self.step, self.units.acceleration());
-        let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, driving, .. }| {
+        let (particles, acceleration) = (self.dem.particles(), self.lattice_acceleration());
+        let fault = self.system.as_mut().and_then(|FluidSystem { fluid, coupling, .. }| {
             coupling.map(particles);
-            fluid.measure((driving.acceleration(step) / unit).into(), coupling).0.fault
+            fluid.measure(acceleration, coupling).0.fault
         });
         self.note_fault(fault);
         if let Err(error) = self.dem.health() {
@@ -481,6 +480,11 @@ impl Simulation {
     /// Acceleration of the fluid in the coming step (m/s^2).
     pub fn acceleration(&self) -> Vec3 {
         self.system.as_ref().map_or_else(Vec3::zeros, |system| system.driving.acceleration(self.step))
+    }
+
+    /// The same in lattice units.
+    fn lattice_acceleration(&self) -> [f64; 3] {
+        (self.acceleration() / self.units.acceleration()).into()
     }
 
     /// Hash over all populations and particle states, the same for any number of ranks. Collective.

@@ -58,13 +58,13 @@ impl Simulation {
     /// # Ok::<(), turbid::Error>(())
     /// ```
     pub fn measure(&mut self) -> Measurement {
-        let Some(FluidSystem { fluid, coupling, driving, .. }) = &mut self.system else {
+        let acceleration = self.lattice_acceleration();
+        let Some(FluidSystem { fluid, coupling, .. }) = &mut self.system else {
             return Measurement::default();
         };
         let particles = self.dem.particles();
         coupling.map(particles);
-        let acceleration = driving.acceleration(self.step) / self.units.acceleration();
-        let (flow, stresslet) = fluid.measure(acceleration.into(), coupling);
+        let (flow, stresslet) = fluid.measure(acceleration, coupling);
         let mut words = words(&flow);
         words.extend(stresslet.into_iter().flat_map(split_wide));
         self.note_fault(flow.fault);

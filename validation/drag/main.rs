@@ -261,9 +261,9 @@ const KEYS: [(&str, &str); 13] = [
     ("place", "0"),
     ("speed", "0"),
     ("re", "0.02"),
-    ("plane", "0.04"),
-    ("curvature", "0.3"),
-    ("edges", "0.12"),
+    ("plane", "fitted"),
+    ("curvature", "fitted"),
+    ("edges", "fitted"),
 ];
 
 /// Kind of a row, by which results are summed up, and the row.
@@ -290,10 +290,12 @@ fn quantity(pick: &Pick, what: &str) -> String {
 
 /// Drag over its reference, and the noise of the force on a body that moves.
 fn checks(pick: &Pick) -> Vec<Check> {
+    let SurfaceShift { plane, curvature, edges } = SurfaceShift::FITTED;
+    let given = |key: &str, fitted: f64| if pick.word(key) == "fitted" { fitted } else { pick.real(key) };
     let shift = SurfaceShift {
-        plane: pick.real("plane"),
-        curvature: pick.real("curvature"),
-        edges: pick.real("edges"),
+        plane: given("plane", plane),
+        curvature: given("curvature", curvature),
+        edges: given("edges", edges),
     };
     let saturated = |operator| Method::Saturated(Saturated { operator, shift });
     let row = Row {

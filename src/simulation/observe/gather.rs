@@ -247,7 +247,7 @@ pub(in crate::simulation) fn each_cell<V>(
     value: impl Fn(&Units, &CellState) -> V,
     mut visit: impl FnMut(V),
 ) {
-    let lattice = (simulation.acceleration() / simulation.units.acceleration()).into();
+    let lattice = simulation.lattice_acceleration();
     let Simulation { units, system, dem, .. } = simulation;
     let Some(FluidSystem { fluid, coupling, .. }) = system else {
         return;

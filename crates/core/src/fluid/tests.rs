@@ -258,6 +258,11 @@ fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     }
 }
 
+/// `B` of a solid fraction and its excess over all bodies, at `t = tau - 1/2`.
+fn weight(e: f64, overlap: f64, t: f64) -> f64 {
+    e * (0.25 + 0.75 * e) * t / (0.6 * (1.0 - e) + 0.01 + 20.0 * t * overlap)
+}
+
 /// Populations of a cell after its collision, one at a time by the formulas; no operator if it is homogenised. Solids: fraction, its excess over all
 /// bodies, and velocity.
 fn collided(
@@ -285,8 +290,7 @@ fn collided(
         let [sum, difference] = halves(&deviation, i);
         -sum / even - difference / odd
     };
-    let weight = e * (0.25 + 0.75 * e) * (tau - 0.5);
-    let beta = weight / (0.6 * (1.0 - e) + 0.01 + 20.0 * (tau - 0.5) * overlap);
+    let beta = weight(e, overlap, tau - 0.5);
     let b = if operator.is_some() { beta / (1.0 + beta) } else { 0.0 };
     let target: [f64; 3] = std::array::from_fn(|k| match operator {
         None => (1.0 - e) * (u[k] + a[k]) + e * us[k],
@@ -394,8 +398,8 @@ fn an_operator_gives_a_solid_cell_the_momentum_that_the_particle_is_told() {
             let after = collided(&g, &params, Some(operator), [force, 0.0, 0.0], (e, overlap, us));
             let mass: f64 = after.iter().sum();
             assert!((mass - g.iter().sum::<f64>()).abs() < 1e-15);
-            let weight = e * (0.25 + 0.75 * e) * 0.06;
-            let b = weight / (0.6 * (1.0 - e) + 0.01 + 1.2 * overlap + weight);
+            let beta = weight(e, overlap, 0.06);
+            let b = beta / (1.0 + beta);
             for a in 0..3 {
                 let fed = if a == 0 { (1.0 - b) * (1.0 - e) * rho * force } else { 0.0 };
                 let expected = fed + b * operator.momentum() * (rho * us[a] - momentum(&g, a));

@@ -109,30 +109,22 @@ fn settled(context: &SuiteContext, found: &mut Findings, bed: &Bed) -> Result<()
     let tolerance = if volume_fraction >= 0.4 { DENSE } else { TOLERANCE };
     let count = array.places.len() as f64;
     let length = cells as f64 * CELL;
-    let radius = 0.5 * length * (6.0 * volume_fraction / (PI * count)).cbrt();
-    let diameter = 2.0 * radius;
+    let diameter = length * (6.0 * volume_fraction / (PI * count)).cbrt();
+    let radius = 0.5 * diameter;
     let place = |place: &[f64; 3]| place_in(cells, *place, shift);
     let centres: Vec<[f64; 3]> = array.places.iter().map(place).collect();
     let own = [
-        format!("domain.size=[{length:e}, {length:e}, {length:e}]"),
-        format!("lattice.cells_per_diameter={:e}", diameter / CELL),
         format!("lattice.relaxation_time={relaxation_time:e}"),
         format!("particles.0.shape.sphere.diameter={diameter:e}"),
         format!("particles.0.list={centres:?}"),
     ];
-    let setup = context.setup(TEXT, CASE.name, &own)?;
-    let fluid = setup.expect_fluid();
-    let (viscosity, acceleration) = (fluid.viscosity, fluid.body_acceleration.at(0.0).z);
     let expected = Table::new(REFERENCE).of("phi", &volume_fraction.to_string(), array.column);
-    // The mass of the cell over the drag per velocity.
-    let resistance = count * 6.0 * PI * viscosity * radius;
-    let time_constant = length.powi(3) / (resistance * expected);
-    let (run, velocity) = steady(&setup, time_constant)?;
+    let (setup, run, velocity, drag_factor) = steady(context, &own, length, diameter, count, expected)?;
+    let fluid = setup.expect_fluid();
 
     let (tau, cells) = (fluid.relaxation_time, diameter / setup.domain.dx);
     let position = if shift.iter().all(|s| s.abs() < 1e-9) { "centre" } else { "aside" };
     let name = format!("{}phi {volume_fraction}, tau {tau}, {cells:.1} cells, {position}", array.name);
-    let drag_factor = acceleration * length.powi(3) / (resistance * velocity);
     found.relative(format!("K, {name}"), drag_factor, expected, tolerance);
 
     // Independent of the flow: in the steady state the sphere takes up all momentum that is fed in where it is not.
@@ -145,12 +137,12 @@ fn settled(context: &SuiteContext, found: &mut Findings, bed: &Bed) -> Result<()
     } else {
         cells_beside(&setup, radius) as f64 * cell
     };
-    let fed = setup.fluid_density() * acceleration * free / count;
+    let fed = setup.fluid_density() * fluid.body_acceleration.at(0.0).z * free / count;
     let force = run.loads().next().map_or(f64::NAN, |(_, load)| load.force.z);
     found
         .relative(format!("force over that fed in, {name}"), force / fed, 1.0, BALANCE)
         .source("balance of momentum");
-    found.note(format!("Reynolds number, {name}"), velocity * diameter / viscosity);
+    found.note(format!("Reynolds number, {name}"), velocity * diameter / fluid.viscosity);
     Ok(())
 }
 
@@ -160,16 +152,34 @@ fn place_in(edge: usize, place: [f64; 3], shift: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|a| at(a).rem_euclid(edge as f64) * CELL)
 }
 
-/// Runs until the mean velocity is steady, by its changes in a time constant of its approach (s).
-fn steady(setup: &Setup, time_constant: f64) -> Result<(Simulation, f64)> {
+/// A unit cell of this edge with `count` bodies as large as spheres of a diameter, run until the mean velocity is steady, by its changes
+/// in the time constant of its approach with the `expected` drag factor; that velocity, and the drag factor.
+fn steady(
+    context: &SuiteContext,
+    own: &[String],
+    length: f64,
+    diameter: f64,
+    count: f64,
+    expected: f64,
+) -> Result<(Setup, Simulation, f64, f64)> {
+    let box_and_grid = [
+        format!("domain.size=[{length:e}, {length:e}, {length:e}]"),
+        format!("lattice.cells_per_diameter={:e}", diameter / CELL),
+    ];
+    let setup = context.setup(TEXT, CASE.name, &[&box_and_grid[..], own].concat())?;
+    let fluid = setup.expect_fluid();
+    let resistance = count * 3.0 * PI * fluid.viscosity * diameter;
+    // The mass of the cell over the drag per velocity.
+    let time_constant = length.powi(3) / (resistance * expected);
     let interval = ((time_constant / setup.time_step).ceil() as u64).max(LEAST);
-    let mut run = Simulation::solo(setup)?;
+    let mut run = Simulation::solo(&setup)?;
     let mut velocity = 0.0;
     loop {
         run.advance(interval)?;
         let before = std::mem::replace(&mut velocity, run.mean_flow().velocity.z);
         if (velocity - before).abs() < STEADY * velocity.abs() {
-            return Ok((run, velocity));
+            let driven = fluid.body_acceleration.at(0.0).z * length.powi(3);
+            return Ok((setup, run, velocity, driven / (resistance * velocity)));
         }
         if run.steps_done() >= setup.plan.end_step {
             return Err(unsteady("mean velocity (m/s)", velocity));
@@ -182,28 +192,21 @@ fn spheroid(context: &SuiteContext, found: &mut Findings, ratio: f64) -> Result<
     const EDGE: usize = 33;
     const VOLUME_FRACTION: f64 = 0.027;
     let length = EDGE as f64 * CELL;
-    let radius = length * (0.75 * VOLUME_FRACTION / PI).cbrt();
-    let [polar, equatorial] = [2.0 / 3.0, -1.0 / 3.0].map(|power| 2.0 * radius * ratio.powf(power));
+    let diameter = length * (6.0 * VOLUME_FRACTION / PI).cbrt();
+    let [polar, equatorial] = [2.0 / 3.0, -1.0 / 3.0].map(|power| diameter * ratio.powf(power));
     let axes = [[equatorial, equatorial, polar], [polar, equatorial, equatorial]];
     let of = |column: &str| Table::new(SPHEROIDS).of("ratio", &ratio.to_string(), column);
     let expected = [of("K_axial"), of("K_broadside")];
     let mut drag = [0.0; 2];
     for ((drag, axes), expected) in drag.iter_mut().zip(axes).zip(expected) {
         let own = [
-            format!("domain.size=[{length:e}, {length:e}, {length:e}]"),
-            format!("lattice.cells_per_diameter={:e}", 2.0 * radius / CELL),
             "lattice.relaxation_time=1".to_owned(),
             format!("particles.0.shape={{ ellipsoid = {{ axes = {axes:?} }} }}"),
             format!("particles.0.list=[{:?}]", place_in(EDGE, [0.0; 3], ASIDE)),
         ];
-        let setup = context.setup(TEXT, CASE.name, &own)?;
-        let fluid = setup.expect_fluid();
-        let (viscosity, acceleration) = (fluid.viscosity, fluid.body_acceleration.at(0.0).z);
-        let resistance = 6.0 * PI * viscosity * radius;
-        let (_, velocity) = steady(&setup, length.powi(3) / (resistance * expected))?;
-        *drag = acceleration * length.powi(3) / (resistance * velocity);
+        (_, _, _, *drag) = steady(context, &own, length, diameter, 1.0, expected)?;
     }
-    let cells = 2.0 * radius / CELL;
+    let cells = diameter / CELL;
     let name = |what: &str| format!("{what}, spheroid {ratio} to 1, phi {VOLUME_FRACTION}, {cells:.1} cells");
     for (what, at) in [("K, axial", 0), ("K, broadside", 1)] {
         found.relative(name(what), drag[at], expected[at], TOLERANCE).source(SPHEROID_SOURCE);

@@ -186,8 +186,8 @@ impl Saturated {
     }
 }
 
-/// `b = w(1)`, `w(q)` and `2 r w(r)` with `w(s) = s e^2 t / (0.45 (1 - e) + l + s e^2 t)`, `q = 1 / (2 tau)`, `r = 1 - 1 / (2 tau_odd)`. All are
-/// exactly 0 where there is no solid: such a cell must not depend on the others in its register.
+/// `b = w(1)`, `w(q)` and `2 r w(r)` with `w(s) = s x / (0.6 (1 - e) + l + s x)`, `x = e (1/4 + 3/4 e) t`, `q = 1 / (2 tau)`,
+/// `r = 1 - 1 / (2 tau_odd)`. All are exactly 0 where there is no solid: such a cell must not depend on the others in its register.
 #[inline(always)]
 fn reflection<T: Real, R: Lanes<T>>(covered: &Covered<R>, row: &Row<T>) -> Reflection<R> {
     let c = |x: f64| R::splat(T::from_f64(x));
