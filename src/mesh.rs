@@ -23,6 +23,8 @@ const MOST_FACETS: usize = 200_000;
 const CONVEX: f64 = 1e-4;
 /// Coarsest relative precision of vertices that is taken for rounding.
 const COARSEST: f64 = 1e-3;
+/// Relative precision up to which coordinates of few decimal digits are taken for rounded ones; those of fewer digits are exact.
+const DECIMAL: f64 = 1e-5;
 /// Rounding of corners, in extents of the body, from which on it is reported.
 const REPORTED: f64 = 1e-5;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
@@ -116,6 +118,26 @@ fn joined(bytes: &[u8]) -> Cow<'_, [u8]> {
     Cow::Owned(text)
 }
 
+/// Distance from their planes that rounding to decimal digits gives points, over the longest edge of their box; 0 if their digits
+/// are too few, or too many, to be those of rounded numbers.
+pub fn decimal_precision(points: &[Vec3]) -> f64 {
+    // The power of ten of the last digit of the shortest number that is read as this one.
+    let place = |x: &f64| {
+        let single = *x as f32;
+        let text =
+            if f64::from(single).to_bits() == x.to_bits() { format!("{single:e}") } else { format!("{x:e}") };
+        let (digits, exponent) = text.split_once('e')?;
+        let decimals = digits.split_once('.').map_or(0, |(_, decimals)| decimals.len() as i32);
+        (*x != 0.0).then_some(exponent.parse::<i32>().ok()? - decimals)
+    };
+    let finest = points.iter().flat_map(|point| point.iter()).filter_map(place).min();
+    let (low, high) = bounding_box(points.iter().copied());
+    let unit: Option<f64> = finest.and_then(|finest| format!("1e{finest}").parse().ok());
+    // A corner lies up to one unit off its plane, and the plane through three of them up to three at a fourth.
+    let relative = unit.map_or(0.0, |unit| 4.0 * unit / (high - low).max());
+    if relative <= DECIMAL { relative } else { 0.0 }
+}
+
 /// Checks that facets are the surface of a convex body, and builds it.
 fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<Mesh, String> {
     for (n, facet) in facets.iter().enumerate() {
@@ -130,7 +152,7 @@ fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<M
     // Far from the origin single precision has fewer digits for the body.
     let far = low.amax().max(high.amax());
     let lost = rounding * far / extent;
-    let precision = SINGLE_PRECISION.max(lost.min(COARSEST));
+    let precision = SINGLE_PRECISION.max(lost.min(COARSEST)).max(decimal_precision(facets.as_flattened()));
     let rounded = (lost > REPORTED).then(|| {
         format!(
             "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of the extent \

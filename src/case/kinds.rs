@@ -313,9 +313,11 @@ impl Shapes<'_> {
                 self.upright(Superellipsoid::new(0.5 * scale * Vec3::from(*axes), *exponents))
             }
             ShapeSection::Polyhedron { vertices, hull, .. } => {
-                let points: Vec<Vec3> = vertices.iter().map(|&vertex| scale * Vec3::from(vertex)).collect();
+                let given: Vec<Vec3> = vertices.iter().map(|&vertex| Vec3::from(vertex)).collect();
+                let tolerance = polyhedron::COMPUTED.max(mesh::decimal_precision(&given));
+                let points: Vec<Vec3> = given.iter().map(|vertex| scale * vertex).collect();
                 let build = if *hull { Polyhedron::hull } else { Polyhedron::from_corners };
-                let built = build(&points, polyhedron::COMPUTED);
+                let built = build(&points, tolerance);
                 let (shape, placement) = built.map_err(|e| self.bad(".vertices", &e))?;
                 Ok((Arc::new(shape), placement.rotation))
             }

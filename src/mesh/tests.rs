@@ -90,11 +90,64 @@ fn a_turned_box_in_single_precision_has_six_faces() {
     let shift = Vec3::new(20.0, -3.0, 5.0);
     let facets: Vec<_> =
         box_facets(Vec3::new(1.0, 2.0, 3.0)).iter().map(|f| f.map(|c| turn * c + shift)).collect();
-    let Mesh { body, placement, notes } = read_bytes("box.stl", &binary_stl(&facets, ""), false).unwrap();
-    assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
-    assert!(notes.is_empty(), "{notes:?}");
-    assert!((body.volume() / 6e-9 - 1.0).abs() < 1e-5);
-    assert!((placement.centre - shift * 1e-3).norm() < 1e-8);
+    // Also where rounding has made the parts of a face a little hilly.
+    for facets in [divided(&facets, 4), facets] {
+        let Mesh { body, placement, notes } = read_bytes("box.stl", &binary_stl(&facets, ""), false).unwrap();
+        assert_eq!((body.vertices.len(), body.faces.len()), (8, 6));
+        assert!(notes.is_empty(), "{notes:?}");
+        assert!((body.volume() / 6e-9 - 1.0).abs() < 1e-5);
+        assert!((placement.centre - shift * 1e-3).norm() < 1e-8);
+    }
+}
+
+/// Corners of a turned dodecahedron, written with this many digits behind the point.
+fn dodecahedron(digits: usize) -> Vec<Vec3> {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let signs = [-1.0, 1.0];
+    let cube = (0..8).map(|n| Vec3::from_fn(|i, _| signs[n >> i & 1]));
+    let on_planes = (0..12).map(|n| {
+        let mut corner = [0.0, signs[n & 1] / golden, signs[n >> 1 & 1] * golden];
+        corner.rotate_right(n / 4);
+        Vec3::from(corner)
+    });
+    let written = |x: f64| format!("{x:.digits$}").parse().unwrap();
+    let turn = Quat::from_scaled_axis(Vec3::new(0.3, 0.5, -0.7));
+    cube.chain(on_planes).map(|corner| (turn * corner).map(written)).collect()
+}
+
+#[test]
+fn corners_with_few_digits_have_the_flat_faces_of_the_body_that_they_round() {
+    let exact = Polyhedron::hull(&dodecahedron(15), 1e-9).unwrap().0;
+    for (digits, precision) in [(6, 4e-6), (8, 4e-8), (3, 0.0), (15, 0.0)] {
+        let points = dodecahedron(digits);
+        let (low, high) = bounding_box(points.iter().copied());
+        let (found, expected) = (decimal_precision(&points), precision / (high - low).max());
+        assert!((found - expected).abs() <= 1e-12 * expected + 1e-14, "{digits} digits: {found}");
+    }
+    for digits in [6, 8] {
+        let points = dodecahedron(digits);
+        assert!(Polyhedron::hull(&points, 1e-9).unwrap().0.faces.len() > 12);
+        let precision = decimal_precision(&points);
+        let (body, placement) = Polyhedron::hull(&points, precision).unwrap();
+        assert_eq!((body.faces.len(), exact.faces.len()), (12, 12));
+        assert!((body.volume() / exact.volume() - 1.0).abs() < precision);
+        assert!((body.inertia_per_mass() - exact.inertia_per_mass()).amax() < 3.0 * precision);
+        // Convex: no corner is above a face, and none is further below than its rounding.
+        for point in &points {
+            let distance = body.signed_distance(placement.to_body(*point));
+            assert!((-4.0 * precision..1e-12).contains(&distance), "{distance}");
+        }
+    }
+}
+
+#[test]
+fn corners_of_simple_numbers_are_taken_as_they_are() {
+    let cube: Vec<Vec3> = (0..8).map(|n| Vec3::from_fn(|i, _| f64::from(n >> i & 1) * 1.5e-3)).collect();
+    assert_eq!(decimal_precision(&cube).to_bits(), 0);
+    assert_eq!(decimal_precision(&[]).to_bits(), 0);
+    assert_eq!(decimal_precision(&[Vec3::zeros(), Vec3::repeat(1e-300)]).to_bits(), 0);
+    let turned: Vec<Vec3> = cube.iter().map(|c| Quat::from_scaled_axis(Vec3::repeat(0.3)) * c).collect();
+    assert!(decimal_precision(&turned) < 1e-12);
 }
 
 #[test]

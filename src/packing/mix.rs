@@ -33,7 +33,7 @@ use rand_chacha::rand_core::SeedableRng;
 const SWEEPS: f64 = 2.0;
 const LEAST_SWEEPS: f64 = 400.0;
 const MOST_SWEEPS: f64 = 1000.0;
-/// Moves after which larger packings stop, half a microsecond each: near neighbours still take those that they need
+/// Moves after which larger packings stop, a third of a microsecond each: near neighbours still take those that they need
 /// up to half a million bodies.
 const MOST_MOVES: f64 = 5e7;
 /// Sweeps after which the length of the steps is adapted.
@@ -66,10 +66,8 @@ pub fn mix(
         .clamp(LEAST_SWEEPS, MOST_SWEEPS)
         .min(MOST_MOVES / (poses.len() - fixed).max(1) as f64)
         .ceil() as u32;
-    let mut bins = Bins::new(domain, 2.0 * widest, poses.len());
-    for (i, pose) in poses.iter().enumerate() {
-        bins.add(i, &pose.position);
-    }
+    let mut bins = Bins::new(domain, poses.iter().map(|pose| (pose.position, reaches[pose.contour])));
+    let is_sphere: Vec<bool> = contours.iter().map(|contour| contour.shape.as_sphere().is_some()).collect();
     let is_narrow = domain.has_images(2.0 * widest) != [false; 3];
     let (mut step, mut counted) = (FIRST, 0_u32);
     for sweep in 1..=sweeps {
@@ -79,29 +77,28 @@ pub fn mix(
             let reach = reaches[before.contour];
             let mut after = before;
             after.position = domain.wrap(before.position + draw() * (step * reach));
-            let sphere = contours[before.contour].shape.as_sphere().is_some();
+            let sphere = is_sphere[before.contour];
             if !sphere {
                 after.orientation = before.turned(draw() * (0.5 * step));
             }
             let moved = body(contours, &after);
-            let clear = |&j: &usize| {
+            let meets = |j: usize| {
                 let other = &poses[j];
                 let near = reach + reaches[other.contour];
-                let apart = |offset: Vec3| {
-                    offset.norm_squared() >= near * near
-                        || !intersects(&moved, &body(contours, other), offset)
+                let meets = |offset: Vec3| {
+                    offset.norm_squared() < near * near && intersects(&moved, &body(contours, other), offset)
                 };
                 let difference = other.position - after.position;
-                j == i
-                    || apart(domain.nearest_image(difference))
-                        && (!is_narrow || domain.images(difference, near).all(apart))
+                j != i
+                    && (meets(domain.nearest_image(difference))
+                        || is_narrow && domain.images(difference, near).any(meets))
             };
             let free = |wall: &Surface| {
                 let distance = wall.distance(after.position);
                 let seen = wall.seen_from(after.position);
                 distance >= reach || (!sphere && distance > 0.0 && !intersects_wall(&moved, &seen))
             };
-            if bins.around(&after.position).all(|bin| bin.iter().all(clear)) && walls.iter().all(free) {
+            if !bins.any(&after.position, reach, meets) && walls.iter().all(free) {
                 bins.shift(i, &before.position, &after.position);
                 poses[i] = after;
                 counted += 1;

@@ -1,12 +1,13 @@
 //! Costs of a time step and memory of a run, for the estimates of `check`, `study` and `bench` and for the cuts of the box.
 //!
 //! Times of the stages by `turbid bench CASE --threads 1 --json` on a shared 2-core virtual machine (AMD EPYC), means over 25 to 100
-//! steps, least of four runs; the cuts depend on ratios only. `N` is cells per diameter, `ellipsoids` is `hindered_settling` with
+//! steps, least of four runs; cells and covered cells with one thread on each of its cores, which share the memory. Processors with
+//! wider registers are no faster where memory is the limit. The cuts depend on ratios only. `N` is cells per diameter, `ellipsoids` is `hindered_settling` with
 //! axes 2 : 1 : 1.
 //!
 //! | constant | from |
 //! |---|---|
-//! | cell | `fluid` of `hindered_settling --fluid-only`, in f32 and f64; in f16 by its ratio to f32 on one core of an Intel Xeon of 2.5 GHz |
+//! | cell | a fluid of 216^3 cells on two threads: 236 MLUPS in f32, 118 in f64, 239 in f16 (AVX2) |
 //! | covered cell | `fluid` + `map` less those of `--fluid-only`, over the covered cells and the time of a cell (AVX2, another machine): spheres 5.2 at N 10, 4.7 at N 9, 2.9 at N 18; `cubes_settling` 7.1, `stl_particles` 8; `shear_cell` (ellipsoids) 4.4 |
 //! | particle | `dem` of `--no-contact` (60 ns) and the search for pairs (190 ns, `hindered_settling` at N 18 without a contact) |
 //! | contact | rest of `dem` over the contacts: `hindered_settling` at volume fraction 0.3, `cubes_settling`, `ellipsoids`, and `hindered_settling` with `contact.geometry = "sampled"` |
@@ -28,7 +29,7 @@ pub(super) fn by_precision<V>(precision: Precision, half: V, single: V, double: 
 
 /// A cell update (s).
 pub(super) fn cell(precision: Precision) -> f64 {
-    by_precision(precision, 4.5e-9, 5.0e-9, 5.6e-9)
+    by_precision(precision, 8.4e-9, 8.5e-9, 17e-9)
 }
 
 /// Memory of a run per cell (bytes): 19 populations, and room for halos, solids and output.
@@ -76,9 +77,9 @@ impl Form {
     /// Cost of a covered cell beyond that of one of the fluid (s).
     pub(super) fn covered_cell(self) -> f64 {
         match self {
-            Self::Sphere | Self::Ellipsoid => 22e-9,
-            Self::Flat => 37e-9,
-            Self::Other => 70e-9,
+            Self::Sphere | Self::Ellipsoid => 37e-9,
+            Self::Flat => 63e-9,
+            Self::Other => 119e-9,
         }
     }
 

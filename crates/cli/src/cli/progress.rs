@@ -302,6 +302,23 @@ mod tests {
     }
 
     #[test]
+    fn the_remaining_time_is_that_of_the_measured_speed_from_the_first_seconds_on_and_follows_it() {
+        let start = Instant::now();
+        let resumed = Workload { first: 200, ..WORK };
+        let mut pace = Pace::new(resumed, LINE_INTERVAL, start);
+        let mut left = |step, seconds| {
+            pace.update(step, start + Duration::from_secs(seconds));
+            pace.status(step).left
+        };
+        // 10 steps a second, then 5.
+        assert_eq!(left(250, 5), "1:15");
+        let later: Vec<String> = (2..=12).map(|n| left(225 + 25 * n, 5 * n)).collect();
+        assert_eq!(later[0], "1:25");
+        // Exactly 1:35.
+        assert_eq!(later[10], "1:33");
+    }
+
+    #[test]
     fn a_bar_shows_the_same_words_as_the_lines_and_ends() {
         let bar = ProgressBar::with_draw_target(Some(WORK.steps), ProgressDrawTarget::hidden());
         let target = Target::Bar(bar.clone().with_style(bar_style()));

@@ -1,14 +1,16 @@
-//! Neighbour search: bounding spheres in a cell list, periodic, nearest image.
+//! Neighbour search: bounding spheres in lists of cells, periodic, nearest image.
 //!
-//! Bodies are sorted into cells at least as wide as the largest sum of two bounding radii by a counting sort; a body
-//! then looks into its own cell and the neighbours. Pairs come out in lexicographic order of the indices, so the list
-//! depends only on the set of bodies.
+//! Bodies of about the same size are sorted by a counting sort into cells at least as wide as the largest sum of two of their
+//! bounding radii; a body then looks into its own cell and the neighbours, in its class of sizes and in those of wider bodies.
+//! Pairs come out in lexicographic order of the indices, so the list depends only on the set of bodies.
 
 use crate::domain::Domain;
 use crate::math::Vec3;
 
 /// Cells are wider than the reach of a pair by this part, so that rounding cannot hide a neighbour.
 const SLACK: f64 = 1e-9;
+/// Radii of a class are at most this many times as large as each other.
+const CLASS: f64 = 1.5;
 
 /// Finds pairs of bodies whose bounding spheres meet. Keeps its buffers from call to call.
 #[derive(Clone, Debug)]
@@ -16,11 +18,19 @@ pub struct PairFinder {
     domain: Domain,
     /// Part of the box in which the bodies lie: low corner and edges (m).
     window: (Vec3, Vec3),
-    cell_of: Vec<[u32; 3]>,
+    /// From the widest bodies to the narrowest.
+    classes: Vec<Class>,
+    class_of: Vec<u16>,
+    pairs: Vec<[u32; 2]>,
+}
+
+/// Bodies of about the same size.
+#[derive(Clone, Debug)]
+struct Class {
+    axes: [Axis; 3],
     /// Start of each cell in `sorted`, x fastest.
     starts: Vec<u32>,
     sorted: Vec<Entry>,
-    pairs: Vec<[u32; 2]>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -50,14 +60,7 @@ impl PairFinder {
     /// For bodies that, taken periodically, lie in the box from `lo` with edges `extent` (m): cells are made there
     /// only. An extent not below that of the domain means all of it.
     pub fn in_window(domain: Domain, lo: Vec3, extent: Vec3) -> Self {
-        Self {
-            domain,
-            window: (lo, extent),
-            cell_of: Vec::new(),
-            starts: Vec::new(),
-            sorted: Vec::new(),
-            pairs: Vec::new(),
-        }
+        Self { domain, window: (lo, extent), classes: Vec::new(), class_of: Vec::new(), pairs: Vec::new() }
     }
 
     /// The box.
@@ -73,31 +76,58 @@ impl PairFinder {
     pub fn find(&mut self, positions: &[Vec3], radii: &[f64]) -> &[[u32; 2]] {
         assert_eq!(positions.len(), radii.len());
         self.pairs.clear();
-        let reach = 2.0 * radii.iter().copied().fold(0.0, f64::max);
-        let axes = self.axes(reach, positions.len());
-        self.sort_into_cells(&axes, positions, radii);
+        self.sort_into_classes(positions, radii);
         for (i, (&position, &radius)) in positions.iter().zip(radii).enumerate() {
             let first = self.pairs.len();
-            let [x, y, z] = self.cell_of[i].map(|c| c as usize);
-            let runs = axes[0].runs(x);
-            for &z in axes[2].near(z).iter().flatten() {
-                for &y in axes[1].near(y).iter().flatten() {
-                    let row = axes[0].cells * (y + axes[1].cells * z);
-                    for &(lo, hi) in runs.iter().flatten() {
-                        let (from, to) = (self.starts[row + lo], self.starts[row + hi]);
-                        for other in &self.sorted[from as usize..to as usize] {
-                            if other.index as usize > i
-                                && meet(&self.domain, other.position - position, radius + other.radius)
-                            {
-                                self.pairs.push([i as u32, other.index]);
-                            }
-                        }
+            let own = usize::from(self.class_of[i]);
+            for (number, class) in self.classes[..=own].iter().enumerate() {
+                class.look(position, |other| {
+                    // Pairs of a class are found by the first body, the others by the narrower one.
+                    if (number < own || other.index as usize > i)
+                        && meet(&self.domain, other.position - position, radius + other.radius)
+                    {
+                        let pair = [i as u32, other.index];
+                        self.pairs.push(if pair[0] < pair[1] { pair } else { [pair[1], pair[0]] });
                     }
-                }
+                });
             }
-            self.pairs[first..].sort_unstable();
+            if self.classes.len() == 1 {
+                self.pairs[first..].sort_unstable();
+            }
+        }
+        if self.classes.len() > 1 {
+            self.pairs.sort_unstable();
         }
         &self.pairs
+    }
+
+    fn sort_into_classes(&mut self, positions: &[Vec3], radii: &[f64]) {
+        self.class_of.clear();
+        self.class_of.resize(radii.len(), 0);
+        let (mut classes, mut wider) = (0, f64::INFINITY);
+        loop {
+            let (mut count, mut widest) = (0, 0.0_f64);
+            for (class, &radius) in self.class_of.iter_mut().zip(radii) {
+                if radius * CLASS < wider {
+                    *class = classes as u16;
+                    (count, widest) = (count + 1, widest.max(radius));
+                }
+            }
+            if count == 0 {
+                break;
+            }
+            // Those that are too narrow for this class become the next one.
+            let members =
+                (0..radii.len()).filter(|&i| radii[i] * CLASS < wider && radii[i] * CLASS >= widest);
+            let entry = |i: usize| Entry { position: positions[i], radius: radii[i], index: i as u32 };
+            let axes = self.axes(2.0 * widest, count);
+            if self.classes.len() == classes {
+                self.classes.push(Class { axes, starts: Vec::new(), sorted: Vec::new() });
+            }
+            self.classes[classes].fill(axes, members.map(entry));
+            (classes, wider) = (classes + 1, widest);
+        }
+        self.classes.truncate(classes);
     }
 
     fn axes(&self, reach: f64, bodies: usize) -> [Axis; 3] {
@@ -122,32 +152,57 @@ impl PairFinder {
             periodic: periodic[i],
         })
     }
+}
+
+impl Class {
+    fn row(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.axes[0].cells * (y + self.axes[1].cells * z)
+    }
+
+    fn cell(&self, position: &Vec3) -> [usize; 3] {
+        std::array::from_fn(|i| self.axes[i].cell(position[i]))
+    }
 
     /// Counting sort; within a cell by index.
-    fn sort_into_cells(&mut self, axes: &[Axis; 3], positions: &[Vec3], radii: &[f64]) {
-        let row =
-            |c: &[u32; 3]| c[0] as usize + axes[0].cells * (c[1] as usize + axes[1].cells * c[2] as usize);
+    fn fill(&mut self, axes: [Axis; 3], members: impl Iterator<Item = Entry> + Clone) {
+        self.axes = axes;
         let cells = axes.iter().map(|a| a.cells).product::<usize>();
         self.starts.clear();
         self.starts.resize(cells + 2, 0);
-        self.cell_of.clear();
-        for position in positions {
-            let cell: [u32; 3] = std::array::from_fn(|i| axes[i].cell(position[i]) as u32);
-            self.starts[row(&cell) + 2] += 1;
-            self.cell_of.push(cell);
+        let mut count = 0;
+        for entry in members.clone() {
+            let row = self.row(self.cell(&entry.position));
+            self.starts[row + 2] += 1;
+            count += 1;
         }
         for cell in 1..self.starts.len() {
             self.starts[cell] += self.starts[cell - 1];
         }
         let nothing = Entry { position: Vec3::zeros(), radius: 0.0, index: 0 };
         self.sorted.clear();
-        self.sorted.resize(positions.len(), nothing);
-        for (index, cell) in self.cell_of.iter().enumerate() {
+        self.sorted.resize(count, nothing);
+        for entry in members {
             // One index ahead: after this loop `starts[cell]` is the start of the cell.
-            let place = &mut self.starts[row(cell) + 1];
-            self.sorted[*place as usize] =
-                Entry { position: positions[index], radius: radii[index], index: index as u32 };
+            let row = self.row(self.cell(&entry.position));
+            let place = &mut self.starts[row + 1];
+            self.sorted[*place as usize] = entry;
             *place += 1;
+        }
+    }
+
+    /// Shows all bodies in the cell of a position and in its neighbours.
+    #[inline]
+    fn look(&self, position: Vec3, mut see: impl FnMut(&Entry)) {
+        let [x, y, z] = self.cell(&position);
+        let runs = self.axes[0].runs(x);
+        for &z in self.axes[2].near(z).iter().flatten() {
+            for &y in self.axes[1].near(y).iter().flatten() {
+                let row = self.axes[0].cells * (y + self.axes[1].cells * z);
+                for &(lo, hi) in runs.iter().flatten() {
+                    let (from, to) = (self.starts[row + lo], self.starts[row + hi]);
+                    self.sorted[from as usize..to as usize].iter().for_each(&mut see);
+                }
+            }
         }
     }
 }
@@ -217,12 +272,13 @@ mod tests {
         #[test]
         fn the_list_of_cells_finds_what_looking_at_every_pair_finds(
             cells in [1_usize..12, 1..12, 1..12],
-            bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], 0.05..1.5_f64), 0..80),
+            bodies in prop::collection::vec(([0.0..1.0_f64, 0.0..1.0, 0.0..1.0], -6.0..0.5_f64), 0..80),
         ) {
             let domain = Domain { faces: Domain::faces([true; 3]), cells, dx: 1.0 };
             let size = domain.size();
             let positions: Vec<Vec3> = bodies.iter().map(|(x, _)| domain.wrap(Vec3::from(*x).component_mul(&size))).collect();
-            let radii: Vec<f64> = bodies.iter().map(|&(_, r)| r).collect();
+            // From 0.0025 to 1.6.
+            let radii: Vec<f64> = bodies.iter().map(|&(_, r)| libm::exp(r)).collect();
             let mut finder = PairFinder::new(domain);
             for _ in 0..2 {
                 prop_assert_eq!(finder.find(&positions, &radii), &brute_force(domain, &positions, &radii)[..]);
