@@ -79,7 +79,8 @@ impl Domain {
         let size = self.size();
         Vec3::from_fn(|i, _| {
             let (x, length) = (position[i], size[i]);
-            if !self.is_periodic(i) {
+            // Inside of the box it stays to the bit, without a call of `floor`.
+            if !self.is_periodic(i) || (x > 0.0 && x < length) {
                 return x;
             }
             let wrapped = x - length * (x / length).floor();
@@ -102,6 +103,13 @@ impl Domain {
                 d
             }
         })
+    }
+
+    /// Finder of the shortest periodic images of many differences.
+    pub fn images_nearest(&self) -> NearestImage {
+        let size = self.size();
+        let half = Vec3::from_fn(|i, _| if self.is_periodic(i) { 0.5 * size[i] } else { f64::INFINITY });
+        NearestImage { size, half }
     }
 
     /// Shifts (boxes) from the nearest image of a difference to the images that may be at most `reach` (m) long, itself included: along
@@ -148,6 +156,27 @@ impl Domain {
     /// The cell that holds a wrapped position; the nearest one for a position beyond a wall.
     pub fn cell_of(&self, position: Vec3) -> [usize; 3] {
         std::array::from_fn(|i| ((position[i] / self.dx) as usize).min(self.cells[i] - 1))
+    }
+}
+
+/// [`Domain::nearest_image`] to the bit, without branches.
+#[derive(Clone, Copy, Debug)]
+pub struct NearestImage {
+    /// Edges of the box (m).
+    size: Vec3,
+    /// Longest component of an image that is the shortest one (m), infinite along axes without images.
+    half: Vec3,
+}
+
+impl NearestImage {
+    /// The shortest periodic image of a difference of two wrapped positions.
+    #[inline]
+    pub fn of(&self, difference: Vec3) -> Vec3 {
+        Vec3::from_fn(|i, _| {
+            let (d, half, size) = (difference[i], self.half[i], self.size[i]);
+            let beyond = if d > half { size } else { 0.0 };
+            d - if d < -half { -size } else { beyond }
+        })
     }
 }
 
@@ -199,6 +228,19 @@ mod tests {
         for x in [-1e-25, 0.0, size.x, f64::from_bits(size.x.to_bits() - 1), -size.x, 3.0 * size.x] {
             let wrapped = BOX.wrap(Vec3::new(x, 0.0, 0.0)).x;
             assert!((0.0..size.x).contains(&wrapped), "{x} went to {wrapped}");
+        }
+    }
+
+    #[test]
+    fn the_nearest_image_without_branches_is_the_nearest_image_to_the_bit() {
+        for domain in [BOX, Domain { faces: Domain::faces([false, true, false]), ..BOX }] {
+            let (size, nearest) = (domain.size(), domain.images_nearest());
+            let parts = [-1.0, -0.51, -0.5, -0.1, -1e-300, -0.0, 0.0, 0.3, 0.5, 0.7, 1.0];
+            for (x, y) in parts.into_iter().flat_map(|x| parts.map(|y| (x, y))) {
+                let difference = Vec3::new(x, y, -x).component_mul(&size);
+                let [one, other] = [nearest.of(difference), domain.nearest_image(difference)];
+                assert_eq!(one.map(f64::to_bits), other.map(f64::to_bits), "{difference:?}");
+            }
         }
     }
 

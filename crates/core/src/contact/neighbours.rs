@@ -6,7 +6,7 @@
 
 use super::pairs::PairFinder;
 use super::polyhedra::Hint;
-use crate::domain::Domain;
+use crate::domain::{Domain, NearestImage};
 use crate::math::Vec3;
 
 /// Skin over the largest bounding radius. Pairs apart cost little, so it may be wide.
@@ -26,9 +26,9 @@ pub struct Neighbour {
 impl Neighbour {
     /// Offset (m) from the first to the second, whose positions are wrapped.
     #[inline]
-    pub fn offset(&self, domain: &Domain, positions: &[Vec3]) -> Vec3 {
-        let [first, second] = self.pair.map(|k| positions[k as usize]);
-        domain.shifted(domain.nearest_image(second - first), self.shift)
+    pub fn offset(&self, (domain, nearest): (&Domain, &NearestImage), positions: &[Vec3]) -> Vec3 {
+        let [first, second] = self.pair;
+        domain.shifted(nearest.of(positions[second as usize] - positions[first as usize]), self.shift)
     }
 }
 
@@ -65,10 +65,11 @@ impl NeighbourList {
 
     /// Returns true if no body has moved by half the skin. Bodies with equal radii stand for each other.
     fn is_valid(&self, positions: &[Vec3], radii: &[f64]) -> bool {
-        let (domain, limit) = (self.finder.domain(), self.half_skin * self.half_skin);
+        let (nearest, limit) = (self.finder.domain().images_nearest(), self.half_skin * self.half_skin);
         let near = |(now, then): (&Vec3, &Vec3)| {
-            let moved = domain.nearest_image(now - then);
-            moved.norm_squared() < limit
+            // Most have not passed a face of the box.
+            let moved = now - then;
+            moved.norm_squared() < limit || nearest.of(moved).norm_squared() < limit
         };
         self.radii == radii && positions.iter().zip(&self.positions).all(near)
     }
@@ -156,7 +157,7 @@ mod tests {
             let mut found: Vec<([u32; 2], [i64; 3])> = Vec::new();
             for neighbour in &listed {
                 let [i, j] = neighbour.pair.map(|k| k as usize);
-                let offset = neighbour.offset(&domain, &positions);
+                let offset = neighbour.offset((&domain, &domain.images_nearest()), &positions);
                 if offset.norm() <= radii[i] + radii[j] {
                     let boxes = (offset - (positions[j] - positions[i])).component_div(&size);
                     found.push((neighbour.pair, boxes.map(|n| n.round() as i64).into()));

@@ -55,13 +55,21 @@ pub struct GrownShape {
     /// By how much its surface is grown (m).
     pub enlargement: f64,
     solid: Option<Arc<Solid>>,
+    /// Radius of the grown sphere (m), if it is one.
+    sphere: Option<f64>,
 }
 
 impl GrownShape {
     /// Prepares a shape, grown by `enlargement` (m).
     pub fn new(shape: Arc<dyn Shape>, enlargement: f64) -> Self {
         let solid = shape.as_polyhedron().map(|p| Arc::new(Solid::new(p, enlargement)));
-        Self { shape, enlargement, solid }
+        let sphere = shape.as_sphere().map(|radius| radius + enlargement);
+        Self { shape, enlargement, solid, sphere }
+    }
+
+    /// True if it is a polyhedron.
+    pub fn is_solid(&self) -> bool {
+        self.solid.is_some()
     }
 
     /// Tables of the grown polyhedron, if it is one.
@@ -97,9 +105,9 @@ enum Form<'a> {
 
 impl Body<'_> {
     fn form(&self) -> Form<'_> {
-        match (&self.grown.solid, self.grown.shape.as_sphere()) {
+        match (&self.grown.solid, self.grown.sphere) {
             (Some(solid), _) => Form::Solid(solid),
-            (None, Some(radius)) => Form::Sphere(radius + self.grown.enlargement),
+            (None, Some(radius)) => Form::Sphere(radius),
             (None, None) => Form::Other,
         }
     }
@@ -133,25 +141,36 @@ pub fn overlap(geometry: Geometry, first: &Body, second: &Body, offset: Vec3) ->
     overlap_again(geometry, [first, second], rotations, offset, &mut Hint::default())
 }
 
-/// The same, faster: the `rotations` of the bodies are those of their orientations, and the `hint` is that of an earlier call for this
+/// The same, faster: the `rotations` of polyhedra are those of their orientations, and the `hint` is that of an earlier call for this
 /// pair, or the default.
+#[inline]
 pub fn overlap_again(
+    geometry: Geometry,
+    bodies: [&Body; 2],
+    rotations: [&Mat3; 2],
+    offset: Vec3,
+    hint: &mut Hint,
+) -> Option<Overlap> {
+    if let (Geometry::Exact, [Some(a), Some(b)]) = (geometry, bodies.map(|body| body.grown.sphere)) {
+        return sphere_sphere::overlap(a, b, offset);
+    }
+    overlap_of_any(geometry, bodies, rotations, offset, hint)
+}
+
+/// The same but for two spheres that are not sampled.
+fn overlap_of_any(
     geometry: Geometry,
     [first, second]: [&Body; 2],
     rotations: [&Mat3; 2],
     offset: Vec3,
     hint: &mut Hint,
 ) -> Option<Overlap> {
-    let forms = (first.form(), second.form());
-    if let (Geometry::Exact, (Form::Sphere(a), Form::Sphere(b))) = (geometry, &forms) {
-        return sphere_sphere::overlap(*a, *b, offset);
-    }
     if !meet(first, second, offset) {
         return None;
     }
     let samples = match geometry {
         Geometry::Sampled { samples } => samples,
-        Geometry::Exact => match forms {
+        Geometry::Exact => match (first.form(), second.form()) {
             (Form::Solid(a), Form::Solid(b)) => {
                 return polyhedra::overlap(a, rotations[0], b, rotations[1], offset, hint);
             }

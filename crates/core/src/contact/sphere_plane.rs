@@ -15,6 +15,7 @@ use crate::math::Vec3;
 use std::f64::consts::PI;
 
 /// Cap of a sphere about the origin below a plane, `None` if it lies above; the normal points below.
+#[inline]
 pub(super) fn overlap(radius: f64, wall: &Plane) -> Option<Overlap> {
     let depth = radius + wall.offset;
     if depth.is_nan() || depth <= 0.0 {

@@ -21,6 +21,7 @@ const COINCIDENT: f64 = 1e-12;
 /// A sphere inside the other is the overlap itself; its diameter is the depth, so that volume, depth and point are
 /// continuous there. The normal of (nearly) coinciding centres is arbitrary, namely x; an engine stops at overlaps
 /// far less deep. The pressure on either cap acts through its centre, so the moment vanishes.
+#[inline]
 pub fn overlap(radius_a: f64, radius_b: f64, offset: Vec3) -> Option<Overlap> {
     let sum = radius_a + radius_b;
     let distance = offset.norm();

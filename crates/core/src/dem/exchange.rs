@@ -19,6 +19,8 @@ pub struct LocalParticles {
     pub ghost_loads: Vec<Load>,
     /// Numbers of all particles.
     pub population: Population,
+    /// Number of times that the store has been made anew; until then its particles keep their places.
+    pub arrangement: u64,
     incoming: Vec<MigrationRecord>,
 }
 
@@ -49,6 +51,7 @@ impl LocalParticles {
             loads: Vec::new(),
             ghost_loads: Vec::new(),
             population: Population::default(),
+            arrangement: 0,
             incoming: Vec::new(),
         };
         local.replace(near, 0, all.into_iter().map(|particle| (particle, Load::default())));
@@ -153,6 +156,7 @@ impl LocalParticles {
             list.push(Load { force: force.into(), torque: torque.into() });
         }
         store.owned = loads.len();
+        self.arrangement += 1;
     }
 
     /// Index of the particle with this id, owned or ghost.

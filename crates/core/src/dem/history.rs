@@ -91,8 +91,24 @@ impl Records {
         self.rows.get(index * self.stride()..(index + 1) * self.stride())
     }
 
+    #[inline]
     fn key(&self, index: usize) -> Option<ContactKey> {
         self.row(index).map(|row| bytemuck::cast_slice(&row[..KEY])[0])
+    }
+
+    /// The first index from `low` on, at most their number, whose key is not below this one; keys ascend. Fast if it is near.
+    fn first_from(&self, low: usize, key: &ContactKey) -> usize {
+        let is_below = |index: usize| self.key(index).is_some_and(|at| at < *key);
+        let (mut low, mut step) = (low, 1);
+        while is_below(low + step - 1) {
+            (low, step) = (low + step, 2 * step);
+        }
+        let mut high = (low + step - 1).min(self.len());
+        while low < high {
+            let middle = low.midpoint(high);
+            (low, high) = if is_below(middle) { (middle + 1, high) } else { (low, middle) };
+        }
+        low
     }
 }
 
@@ -102,17 +118,22 @@ impl Records {
 pub struct History {
     /// Ascending by key.
     current: Records,
-    next: Records,
+    /// Those of `current` that are remembered in this sub-step.
+    lives: Vec<bool>,
+    remembered: usize,
+    /// Those that have begun in this sub-step.
+    begun: Records,
     /// Index in `current` from which [`find`](Self::find) searches.
     cursor: usize,
-    /// Order of `next`, a buffer.
+    /// Order of `begun`, and rows of the next `current`: buffers.
     order: Vec<u32>,
+    rows: Vec<u64>,
 }
 
 impl History {
     /// With these records, in any order.
     pub fn new(records: Records) -> Self {
-        let mut history = Self { current: Records::new(records.memory), next: records, ..Self::default() };
+        let mut history = Self { current: Records::new(records.memory), begun: records, ..Self::default() };
         history.advance();
         history
     }
@@ -125,6 +146,7 @@ impl History {
     /// Forgets all contacts but those for which this is true.
     pub fn retain(&mut self, mut keeps: impl FnMut(&ContactKey) -> bool) {
         self.current.retain(|key, _| keeps(key));
+        self.lives.truncate(self.current.len());
     }
 
     /// Gives contacts other keys, each one of its own.
@@ -143,48 +165,77 @@ impl History {
     }
 
     /// Index of the record of a contact, if it existed. Fast for contacts in ascending order.
+    #[inline]
     fn find(&mut self, key: &ContactKey) -> Option<usize> {
-        if self.cursor > 0 && self.current.key(self.cursor - 1).is_some_and(|before| before >= *key) {
-            self.cursor = 0;
+        if self.current.key(self.cursor) != Some(*key) {
+            let from = if self.cursor > 0 && self.current.key(self.cursor - 1) >= Some(*key) {
+                0
+            } else {
+                self.cursor
+            };
+            self.cursor = self.current.first_from(from, key);
+            if self.current.key(self.cursor) != Some(*key) {
+                return None;
+            }
         }
-        while self.current.key(self.cursor).is_some_and(|at| at < *key) {
-            self.cursor += 1;
-        }
-        self.current.key(self.cursor).filter(|at| at == key).map(|_| self.cursor)
+        self.cursor += 1;
+        Some(self.cursor - 1)
     }
 
     /// Memory of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what `begin` made of
     /// zeros.
+    #[inline]
     pub fn remember(&mut self, key: ContactKey, begin: impl FnOnce(&mut [f64])) -> (&mut [f64], bool) {
-        let found = self.find(&key);
-        let Self { current, next, .. } = self;
-        let start = next.rows.len() + KEY;
-        if let Some(row) = found.and_then(|index| current.row(index)) {
-            next.rows.extend_from_slice(row);
-        } else {
-            next.rows.extend_from_slice(bytemuck::cast_slice(&[key]));
-            next.rows.resize(start + next.memory, 0);
+        let stride = self.current.stride();
+        if let Some(index) = self.find(&key) {
+            self.remembered += usize::from(!self.lives[index]);
+            self.lives[index] = true;
+            let row = &mut self.current.rows[index * stride..(index + 1) * stride];
+            return (bytemuck::cast_slice_mut(&mut row[KEY..]), false);
         }
-        let memory = bytemuck::cast_slice_mut(&mut next.rows[start..]);
-        if found.is_none() {
-            begin(memory);
-        }
-        (memory, found.is_none())
+        let rows = &mut self.begun.rows;
+        let start = rows.len() + KEY;
+        rows.extend_from_slice(bytemuck::cast_slice(&[key]));
+        rows.resize(start + self.begun.memory, 0);
+        let memory = bytemuck::cast_slice_mut(&mut rows[start..]);
+        begin(memory);
+        (memory, true)
     }
 
     /// Ends a sub-step.
     pub fn advance(&mut self) {
-        let Self { current, next, cursor, order } = self;
+        let Self { current, lives, remembered, begun, cursor, order, rows } = self;
+        let (stride, count) = (current.stride(), current.len());
         *cursor = 0;
-        order.clear();
-        order.extend(0..next.len() as u32);
-        // Two ascending runs, those of pairs and of walls: a stable sort merges them.
-        order.sort_by_key(|&index| next.key(index as usize));
-        current.rows.clear();
-        for &index in &*order {
-            current.rows.extend_from_slice(next.row(index as usize).expect("an index below their number"));
+        if *remembered < count || !begun.is_empty() {
+            rows.clear();
+            // Rows of `current` from one index to another, without those that have ended.
+            let keep = |rows: &mut Vec<u64>, mut from: usize, to: usize| {
+                while from < to {
+                    let run = lives[from..to].iter().position(|lives| !lives).unwrap_or(to - from);
+                    rows.extend_from_slice(&current.rows[from * stride..(from + run) * stride]);
+                    from += run + 1;
+                }
+            };
+            order.clear();
+            order.extend(0..begun.len() as u32);
+            order.sort_unstable_by_key(|&index| begun.key(index as usize));
+            let mut kept = 0;
+            for &index in &*order {
+                let (row, key) =
+                    begun.row(index as usize).zip(begun.key(index as usize)).expect("one of them");
+                let low = current.first_from(kept, &key);
+                keep(rows, kept, low);
+                rows.extend_from_slice(row);
+                kept = low;
+            }
+            keep(rows, kept, count);
+            std::mem::swap(&mut current.rows, rows);
+            begun.rows.clear();
         }
-        next.rows.clear();
+        *remembered = 0;
+        lives.clear();
+        lives.resize(current.len(), false);
     }
 
     /// Sends the records of contacts whose evaluating rank has changed to that rank.
@@ -219,6 +270,7 @@ impl History {
         if self.current.rows.len() > before {
             *self = Self::new(std::mem::take(&mut self.current));
         }
+        self.lives.truncate(self.current.len());
     }
 }
 

@@ -73,31 +73,105 @@ impl Inertia {
     }
 }
 
+/// The motion of the bodies of a template over sub-steps of one length, with what is the same for all of them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    inertia: Inertia,
+    is_isotropic: bool,
+    /// Length of a sub-step (s).
+    pub dt: f64,
+    /// Over the mass (s/kg), and half of it.
+    dt_per_mass: f64,
+    half_per_mass: f64,
+}
+
+/// The state of a body after a sub-step, but for its contact force.
+#[derive(Clone, Copy, Debug)]
+pub struct Moved {
+    /// Position (m), not wrapped.
+    pub position: Vec3,
+    orientation: Quat,
+    velocity: Vec3,
+    angular_velocity: Vec3,
+    angular_momentum: Vec3,
+}
+
+impl Motion {
+    /// Over sub-steps of `dt` (s).
+    pub fn new(inertia: &Inertia, dt: f64) -> Self {
+        Self {
+            inertia: *inertia,
+            is_isotropic: inertia.is_isotropic(),
+            dt,
+            dt_per_mass: dt / inertia.mass,
+            half_per_mass: 0.5 * dt / inertia.mass,
+        }
+    }
+
+    /// A particle after a [`step`].
+    #[inline(always)]
+    pub fn of(&self, particle: &Particle, load: &Load, contact: &Load) -> Moved {
+        let Self { inertia, dt, .. } = self;
+        let half = 0.5 * dt;
+        let (undone, force) = (load.force + Vec3::from(particle.contact_force), load.force + contact.force);
+        let before = particle.velocity() - undone * self.half_per_mass;
+        let between = before + force * self.dt_per_mass;
+        let position = particle.position() + between * *dt;
+        let velocity = between + force * self.half_per_mass;
+
+        let (undone, torque) =
+            (load.torque + Vec3::from(particle.contact_torque), load.torque + contact.torque);
+        let orientation = particle.orientation();
+        let before = Vec3::from(particle.angular_momentum) - undone * half;
+        let between = before + torque * *dt;
+        let predicted = between + torque * half;
+        let (next, angular_velocity) = if self.is_isotropic {
+            let (moment, spin) = (inertia.moments.x, between / inertia.moments.x);
+            // Without a torque to the bit the same: divisions are what this costs.
+            let is_same = predicted.map(f64::to_bits) == between.map(f64::to_bits);
+            (turned(&orientation, spin, *dt), if is_same { spin } else { predicted / moment })
+        } else {
+            let next = turned_freely(&orientation, inertia, between, *dt);
+            (next, inertia.angular_velocity(&next, predicted))
+        };
+        Moved { position, orientation: next, velocity, angular_velocity, angular_momentum: predicted }
+    }
+}
+
+impl Moved {
+    /// True if all is finite, the body has moved by at most `most` (m) along each axis, and its centre is inside a box of
+    /// this size (m), not on its faces.
+    #[inline(always)]
+    pub fn is_inside(&self, before: &Vec3, most: f64, size: &Vec3) -> bool {
+        let Self { position, velocity, angular_velocity, angular_momentum, .. } = self;
+        // What is finite but too large for the sum goes the slow way.
+        let sizes = |v: &Vec3| v.x.abs() + v.y.abs() + v.z.abs();
+        let is_finite = (sizes(velocity) + sizes(angular_velocity) + sizes(angular_momentum)).is_finite();
+        let is_near =
+            |i: usize| (position[i] - before[i]).abs() <= most && position[i] > 0.0 && position[i] < size[i];
+        is_finite && is_near(0) && is_near(1) && is_near(2)
+    }
+
+    /// Makes it the state of a particle under the contact forces that it was found with.
+    #[inline(always)]
+    pub fn store(&self, particle: &mut Particle, contact: &Load) {
+        particle.position = self.position.into();
+        particle.set_orientation(&self.orientation);
+        particle.velocity = self.velocity.into();
+        particle.angular_velocity = self.angular_velocity.into();
+        particle.angular_momentum = self.angular_momentum.into();
+        particle.contact_force = contact.force.into();
+        particle.contact_torque = contact.torque.into();
+    }
+}
+
 /// Advances a particle by `dt` (s) under the `contact` forces at its current position and a constant `load` (gravity
 /// included).
 ///
 /// The particle's `contact_force` and `contact_torque` must be those of the step before; at the start of the motion
 /// those of this step, see [`start`]. The position is not wrapped.
 pub fn step(particle: &mut Particle, inertia: &Inertia, load: &Load, contact: &Load, dt: f64) {
-    let half = 0.5 * dt;
-
-    let (undone, force) = (load.force + Vec3::from(particle.contact_force), load.force + contact.force);
-    let before = particle.velocity() - undone * (half / inertia.mass);
-    let between = before + force * (dt / inertia.mass);
-    particle.position = (particle.position() + between * dt).into();
-    particle.velocity = (between + force * (half / inertia.mass)).into();
-    particle.contact_force = contact.force.into();
-
-    let (undone, torque) = (load.torque + Vec3::from(particle.contact_torque), load.torque + contact.torque);
-    let orientation = particle.orientation();
-    let before = Vec3::from(particle.angular_momentum) - undone * half;
-    let between = before + torque * dt;
-    let next = turned_freely(&orientation, inertia, between, dt);
-    let predicted = between + torque * half;
-    particle.set_orientation(&next);
-    particle.angular_momentum = predicted.into();
-    particle.angular_velocity = inertia.angular_velocity(&next, predicted).into();
-    particle.contact_torque = contact.torque.into();
+    Motion::new(inertia, dt).of(particle, load, contact).store(particle, contact);
 }
 
 /// Replaces what forces have done to a particle in a [`step`] between two times (s), the same but for its contact force as
@@ -142,12 +216,10 @@ pub fn start(particle: &mut Particle, contact: &Load) {
     particle.contact_torque = contact.torque.into();
 }
 
-/// The orientation of a body after turning for `dt` (s) under a constant angular momentum (kg m^2/s, world frame).
+/// The orientation of a body whose moments are not all equal after turning for `dt` (s) under a constant angular momentum
+/// (kg m^2/s, world frame).
 fn turned_freely(orientation: &Quat, inertia: &Inertia, momentum: Vec3, dt: f64) -> Quat {
     let moments = inertia.moments;
-    if inertia.is_isotropic() {
-        return turned(orientation, momentum / moments.x, dt);
-    }
     let axis = inertia.middle_axis();
     let common = 1.0 / moments[axis];
     let (a, b) = ((axis + 1) % 3, (axis + 2) % 3);
@@ -180,6 +252,7 @@ fn turn_about_own_axis(q: &mut Quaternion<f64>, momentum: &mut Vec3, k: usize, i
 ///
 /// `q' = (1, t) q / |(1, t) q|` with the vector `t = h (1 + |h|^2 / 3)`, `h = w dt / 2`: the tangent of half the
 /// angle to third order, so that even a constant spin is exact to the fourth.
+#[inline(always)]
 pub fn turned(orientation: &Quat, angular_velocity: Vec3, dt: f64) -> Quat {
     let half = angular_velocity * (0.5 * dt);
     let tangent = half * (1.0 + half.norm_squared() / 3.0);

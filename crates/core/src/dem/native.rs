@@ -35,8 +35,10 @@ mod friction_tests;
 mod image_tests;
 #[cfg(test)]
 mod mixed_tests;
+mod motion;
 #[cfg(test)]
 mod motion_tests;
+mod order;
 #[cfg(test)]
 mod parts_tests;
 #[cfg(test)]
@@ -47,13 +49,14 @@ mod rest_tests;
 mod saved_tests;
 #[cfg(test)]
 mod tests;
+mod velocities;
 #[cfg(test)]
 mod wall_tests;
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
 use super::history::{History, Records};
-use super::integrator::{self, Inertia};
+use super::integrator::{self, Inertia, Motion};
 use super::saved::Saved;
 use super::{ContactKey, ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
@@ -64,11 +67,12 @@ use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, PrescribedMotion, Template};
 use crate::shape::Shape;
 use crate::wall::Wall;
-use context::{ContactContext, IdOrder, PartConstants, TemplateConstants};
-use failures::{outside, too_far};
+use context::{ContactContext, PartConstants, TemplateConstants};
 use forces::ContactForces;
+use order::IdOrder;
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use velocities::KnownVelocities;
 
 /// Parameters of the native engine.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -105,6 +109,9 @@ pub struct Native {
     context: ContactContext,
     order: IdOrder,
     forces: ContactForces,
+    velocities: KnownVelocities,
+    /// Motion of the bodies of each template over sub-steps of the last length.
+    motions: Vec<Motion>,
     /// Largest radii (m) along the axes of the box of particles that there have been.
     widest: Vec3,
 }
@@ -132,6 +139,8 @@ impl Native {
                 bound: model.reach(&template.shape),
                 reach: model.reach_along(&template.shape),
                 inertia: Inertia::of(template),
+                weight: params.gravity * Inertia::of(template).mass,
+                is_free: params.motions.get(index).is_none_or(PrescribedMotion::is_free),
                 motion: params.motions.get(index).cloned().unwrap_or_default(),
             })
             .collect();
@@ -152,6 +161,8 @@ impl Native {
         let several = is_narrow || constants.iter().any(|template| template.parts.len() > 1);
         Ok(Self {
             widest,
+            motions: Vec::new(),
+            velocities: KnownVelocities::default(),
             order: IdOrder::new(NeighbourList::new(finder)),
             forces: ContactForces::new(near.peers.len(), params.memory(), several),
             context: ContactContext {
@@ -188,13 +199,22 @@ impl Native {
         self.context.substep
     }
 
-    /// Stores the loads of the previous sub-step for the laws that need them.
-    fn note_loads(&mut self) {
+    /// Stores the loads of the previous sub-step for the laws that need them, and replaces them if there are new ones.
+    fn note_loads(&mut self, new: Option<&[Load]>) {
         let ContactContext { past, laws, local, params, .. } = &mut self.context;
         past.clear();
-        if params.is_lubricated() || laws.iter().any(PairLaw::lags) {
+        let needs_past = params.is_lubricated() || laws.iter().any(PairLaw::lags);
+        if let Some(new) = new {
+            std::mem::swap(past, &mut local.loads);
+            local.loads.clear();
+            local.loads.extend_from_slice(new);
+        } else if needs_past {
             past.extend_from_slice(&local.loads);
+        }
+        if needs_past {
             past.extend_from_slice(&local.ghost_loads);
+        } else {
+            past.clear();
         }
     }
 
@@ -223,52 +243,17 @@ impl Native {
 
     /// Forces of the contacts and films that this rank evaluates, at the current positions. Collective.
     fn evaluate_contacts(&mut self, comm: &Comm, dt: f64) -> Result<()> {
-        let Self { context, order, forces, .. } = self;
-        forces.clear();
+        let Self { context, order, forces, velocities, .. } = self;
+        forces.begin(context.local.store.owned);
         let Some(model) = &context.params.contact else {
             return Ok(());
         };
-        order.sort(&context.local.store, &context.templates, &context.near.decomposition().domain);
+        order.sort(&context.local, &context.templates, &context.near.decomposition().domain);
         let rates = context.rates(model, order, dt, comm);
-        let pairs = context.pairs(model, dt, (order, &rates), forces);
-        let walls = context.walls(model, dt, &rates, forces);
+        let pairs = context.pairs(model, dt, (order, &rates), (forces, velocities));
+        let walls = context.walls(model, dt, &rates, (forces, velocities));
         forces.finish();
         pairs.and(walls)
-    }
-
-    /// Moves the owned particles. One that would leave the range of the method stays where it is.
-    fn integrate(&mut self, dt: f64) -> Result<()> {
-        let ContactContext { params, templates, near, local, substep, .. } = &mut self.context;
-        let (domain, substep) = (near.decomposition().domain, *substep);
-        let times = [substep, substep + 1].map(|n| n as f64 * dt);
-        let mut failure = Ok(());
-        for (i, particle) in local.store.particles[..local.store.owned].iter_mut().enumerate() {
-            let contact = &self.forces.totals[i];
-            let TemplateConstants { inertia, motion, .. } = &templates[particle.template as usize];
-            let mut load = local.loads[i];
-            load.force += params.gravity * inertia.mass;
-            let before = *particle;
-            if substep == 0 {
-                integrator::start(particle, contact);
-            }
-            integrator::step(particle, inertia, &load, contact, dt);
-            if !motion.is_free() {
-                integrator::prescribe(particle, &before, inertia, motion, times);
-            }
-            let moved = (particle.position() - before.position()).amax();
-            let lost = if particle.is_finite() && moved <= domain.dx {
-                particle.position = domain.wrap(particle.position()).into();
-                face_passed(&domain, particle.position())
-                    .map(|face| outside(substep, &before, particle, face, &params.walls))
-            } else {
-                Some(too_far(substep, &before, particle, [load.force, contact.force], domain.dx))
-            };
-            if let Some(error) = lost {
-                *particle = before;
-                failure = failure.and(Err(error));
-            }
-        }
-        failure
     }
 }
 
@@ -373,12 +358,11 @@ impl DemEngine for Native {
         assert_eq!(loads.len(), local.store.owned);
         assert_eq!((comm.rank(), comm.size()), (near.rank, near.ranks()));
         let substeps = params.substeps;
-        self.note_loads();
-        self.context.local.loads.copy_from_slice(loads);
+        self.note_loads(Some(loads));
         let mut outcome = Ok(());
         for substep in 0..substeps {
             if substep > 0 {
-                self.note_loads();
+                self.note_loads(None);
             }
             outcome = outcome.and(self.advance_once(comm, dt / f64::from(substeps)));
         }

@@ -4,89 +4,24 @@ use super::NativeParams;
 use super::failures::{behind_wall, is_too_deep, too_deep};
 use super::films::Acting;
 use super::forces::{ContactForces, ContactInput, PairEntry};
+use super::order::{IdOrder, PartIndex};
+use super::velocities::KnownVelocities;
 use crate::contact::lubrication::Rates;
 use crate::contact::{
-    Body, ContactModel, GrownShape, Neighbour, NeighbourList, PairLaw, PairProperties, RelativeMotion,
-    overlap_again, overlap_wall,
+    Body, ContactModel, GrownShape, PairLaw, PairProperties, RelativeMotion, overlap_again, overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::integrator::Inertia;
 use crate::dem::{ContactKey, ContactState, Load};
-use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
-use crate::particle::{Particle, ParticleStore, PrescribedMotion};
+use crate::particle::{Particle, PrescribedMotion};
 use crate::shape::{Part, Shape};
 use std::sync::Arc;
 
-/// A part of a particle: the indices of both.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PartIndex {
-    pub(super) particle: u32,
-    pub(super) part: u32,
-}
-
-/// The parts of the particles of this rank, ghosts included, ascending by id, and the pairs of neighbours. Keeps its buffers from
-/// sub-step to sub-step.
-#[derive(Clone, Debug)]
-pub(super) struct IdOrder {
-    list: NeighbourList,
-    /// Indices of the particles.
-    particles: Vec<u32>,
-    /// Their parts.
-    parts: Vec<PartIndex>,
-    /// Positions of the parts (m), wrapped.
-    positions: Vec<Vec3>,
-    /// Their bounding radii (m).
-    radii: Vec<f64>,
-    /// Their rotations, of their own frame to the world frame.
-    rotations: Vec<Mat3>,
-}
-
 /// Bounding spheres that miss each other by less than this part of their distance are left to the exact test.
 const SLACK: f64 = 1e-9;
-
-impl IdOrder {
-    pub(super) fn new(list: NeighbourList) -> Self {
-        Self {
-            list,
-            particles: Vec::new(),
-            parts: Vec::new(),
-            positions: Vec::new(),
-            radii: Vec::new(),
-            rotations: Vec::new(),
-        }
-    }
-
-    /// The pairs of neighbours, and for each place in the order the part that is there and its position (m).
-    pub(super) fn pairs(&mut self) -> (&[Neighbour], &[PartIndex], &[Vec3]) {
-        (self.list.find(&self.positions, &self.radii), &self.parts, &self.positions)
-    }
-
-    /// Sorts the particles by id.
-    pub(super) fn sort(&mut self, store: &ParticleStore, templates: &[TemplateConstants], domain: &Domain) {
-        self.particles.clear();
-        self.particles.extend(0..store.particles.len() as u32);
-        // Owned particles, then ghosts, both ascending: a stable sort merges them.
-        self.particles.sort_by_key(|&k| store.particles[k as usize].id);
-        self.parts.clear();
-        self.positions.clear();
-        self.radii.clear();
-        self.rotations.clear();
-        for &index in &self.particles {
-            let particle = &store.particles[index as usize];
-            for (part, constants) in (0..).zip(&templates[particle.template as usize].parts) {
-                let centre = particle.position();
-                let position = constants.arm(particle).map_or(centre, |arm| domain.wrap(centre + arm));
-                self.parts.push(PartIndex { particle: index, part });
-                self.positions.push(position);
-                self.radii.push(constants.bound);
-                self.rotations.push(constants.body(particle).rotation());
-            }
-        }
-    }
-}
 
 /// Properties of a template that contacts need.
 #[derive(Clone, Debug)]
@@ -98,6 +33,10 @@ pub(super) struct TemplateConstants {
     /// [`ContactModel::reach_along`] of the shape (m).
     pub(super) reach: Vec3,
     pub(super) inertia: Inertia,
+    /// Its weight (N).
+    pub(super) weight: Vec3,
+    /// True if nothing of its motion is prescribed.
+    pub(super) is_free: bool,
     /// Prescribed part of its motion.
     pub(super) motion: PrescribedMotion,
 }
@@ -109,9 +48,13 @@ pub(super) struct PartConstants {
     /// Its pose in the body, if it is not the only part.
     pose: Option<Part>,
     /// [`ContactModel::reach`] of the shape (m).
-    bound: f64,
+    pub(super) bound: f64,
     /// Radius of the sphere of equal volume, or across a body that goes through the box, plus enlargement (m).
     radius: f64,
+    /// Distance (m) to a wall below which the part may touch it, or have a film there.
+    near_wall: f64,
+    /// Circumradius of the shape (m).
+    circumradius: f64,
     /// Thickness of the shape (m).
     thickness: f64,
     /// Mean curvature of the shape (1/m), if there are films.
@@ -120,10 +63,14 @@ pub(super) struct PartConstants {
 
 impl PartConstants {
     pub(super) fn new((shape, pose): (&Arc<dyn Shape>, Option<&Part>), model: &ContactModel) -> Self {
+        let (bound, circumradius) = (model.reach(shape), shape.circumradius());
+        let range = model.lubrication.map_or(0.0, |lubrication| lubrication.range());
         Self {
             shape: GrownShape::new(shape.clone(), model.enlargement),
             pose: pose.cloned(),
-            bound: model.reach(shape),
+            bound,
+            near_wall: bound.max(circumradius + range),
+            circumradius,
             radius: shape.passage().map_or(0.5 * shape.equivalent_diameter(), |passage| passage.radius)
                 + model.enlargement,
             thickness: shape.thickness(),
@@ -132,6 +79,7 @@ impl PartConstants {
     }
 
     /// True if the body has no other part.
+    #[inline]
     pub(super) fn is_whole(&self) -> bool {
         self.pose.is_none()
     }
@@ -226,27 +174,6 @@ impl ContactContext {
         self.local.store.template(particle).material
     }
 
-    /// Velocity (m/s) at a point of a particle, `lever` (m) from its centre, the same half a sub-step before if a
-    /// [law needs it](PairLaw::lags), `v - dt/2 (C + F + m g) / m`, and the angular velocity (1/s).
-    fn motion(&self, index: usize, lever: &Vec3, law: &PairLaw, dt: f64) -> [Vec3; 3] {
-        let particle = &self.local.store.particles[index];
-        let (velocity, spin) = (particle.velocity(), particle.angular_velocity());
-        let moved_by_forces = self.substep > 0 && self.constants(particle).motion.is_free();
-        let past = self.past.get(index).filter(|_| moved_by_forces && law.lags());
-        let now = velocity + spin.cross(lever);
-        let Some(past) = past else {
-            return [now, now, spin];
-        };
-        let inertia = &self.constants(particle).inertia;
-        let half = 0.5 * dt;
-        let weight = self.params.gravity * inertia.mass;
-        let force = Vec3::from(particle.contact_force) + (past.force + weight);
-        let torque = Vec3::from(particle.contact_torque) + past.torque;
-        let momentum = Vec3::from(particle.angular_momentum) - torque * half;
-        let before = inertia.angular_velocity(&particle.orientation(), momentum);
-        [now, velocity - force * (half / inertia.mass) + before.cross(lever), before]
-    }
-
     /// The motion of one body relative to another, by [`motion`](Self::motion) of both.
     fn relative(&self, [a, b]: [[Vec3; 3]; 2], dt: f64) -> RelativeMotion {
         RelativeMotion {
@@ -265,26 +192,29 @@ impl ContactContext {
         model: &ContactModel,
         dt: f64,
         (order, rates): (&mut IdOrder, &[Rates]),
-        forces: &mut ContactForces,
+        (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
     ) -> Result<()> {
         let (store, near) = (&self.local.store, &self.near);
         let IdOrder { list, parts, positions, radii, rotations, .. } = order;
         let domain = near.decomposition().domain;
+        let (nearest, alone, unturned) = (domain.images_nearest(), near.ranks() == 1, Mat3::identity());
+        velocities.clear(store.particles.len());
         let mut outcome = Ok(());
         for neighbour in list.find(positions, radii) {
-            let [p, q] = neighbour.pair.map(|k| k as usize);
-            let (offset, reach) = (neighbour.offset(&domain, positions), radii[p] + radii[q]);
+            let [p, q] = [neighbour.pair[0] as usize, neighbour.pair[1] as usize];
+            let (offset, reach) = (neighbour.offset((&domain, &nearest), positions), radii[p] + radii[q]);
             if offset.norm_squared() > reach * reach * (1.0 + SLACK) {
                 continue;
             }
             let indices = [p, q].map(|k| parts[k]);
             let [i, j] = indices.map(|index| index.particle as usize);
             let Some(shift) = self.shift(indices, neighbour.shift, offset) else { continue };
-            if near.evaluating_rank_of([i, j], store) != Some(near.rank) {
+            if !alone && near.evaluating_rank_of([i, j], store) != Some(near.rank) {
                 continue;
             }
             let [(a, one), (b, other)] = indices.map(|index| self.part(index));
-            let (bodies, turns) = ([&one.body(a), &other.body(b)], [&rotations[p], &rotations[q]]);
+            let bodies = [&one.body(a), &other.body(b)];
+            let turns = [p, q].map(|k| rotations.get(k).unwrap_or(&unturned));
             let hint = &mut neighbour.hint;
             let film = self.between(model, indices, offset, (rates, dt));
             let parts = indices.map(|index| index.part);
@@ -321,8 +251,11 @@ impl ContactContext {
                     masses: masses([first, second]),
                     dt,
                 },
-                motion: self
-                    .relative([self.motion(i, &levers[0], law, dt), self.motion(j, &levers[1], law, dt)], dt),
+                motion: self.relative(
+                    [(i, levers[0]), (j, levers[1])]
+                        .map(|(k, lever)| velocities.of(k, || self.velocities(k, dt)).at(&lever, law)),
+                    dt,
+                ),
                 point: domain.wrap(a.position() + overlap.point),
             };
             let entry = forces.evaluate(&input);
@@ -343,14 +276,16 @@ impl ContactContext {
         model: &ContactModel,
         dt: f64,
         rates: &[Rates],
-        forces: &mut ContactForces,
+        (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
     ) -> Result<()> {
+        if self.params.walls.is_empty() {
+            return Ok(());
+        }
         let time = self.substep as f64 * dt;
         let half = if self.substep > 0 { 0.5 * dt } else { 0.0 };
         let walls: Vec<_> = self.params.walls.iter().map(|wall| (wall, wall.surface_at(time))).collect();
         let (store, near) = (&self.local.store, &self.near);
         let domain = near.decomposition().domain;
-        let range = model.lubrication.map_or(0.0, |lubrication| lubrication.range());
         let mut outcome = Ok(());
         for index in self.owned_parts() {
             let (i, (particle, of_part)) = (index.particle as usize, self.part(index));
@@ -360,8 +295,8 @@ impl ContactContext {
             // Ids of walls fall with their index.
             for (at, (wall, surface)) in walls.iter().enumerate().rev() {
                 let distance = surface.distance(centre);
-                let radius = of_part.shape.shape.circumradius();
-                if distance >= of_part.bound.max(radius + range) {
+                let radius = of_part.circumradius;
+                if distance >= of_part.near_wall {
                     continue;
                 }
                 if distance < -radius {
@@ -399,7 +334,7 @@ impl ContactContext {
                     },
                     motion: self.relative(
                         [
-                            self.motion(i, &overlap.point, law, dt),
+                            velocities.of(i, || self.velocities(i, dt)).at(&overlap.point, law),
                             [
                                 wall.velocity(point, time),
                                 wall.velocity(point, time - half),

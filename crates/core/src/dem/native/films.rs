@@ -1,6 +1,7 @@
 //! Films of fluid in narrow gaps, between particles and at walls.
 
-use super::context::{ContactContext, IdOrder, PartConstants, PartIndex, TemplateConstants};
+use super::context::{ContactContext, PartConstants, TemplateConstants};
+use super::order::{IdOrder, PartIndex};
 use crate::comm::Comm;
 use crate::contact::law::Action;
 use crate::contact::lubrication::{Film, Lubrication, Mobility, Partner, Rates, Side};
@@ -159,6 +160,7 @@ impl ContactContext {
             }
         };
         let domain = self.near.decomposition().domain;
+        let nearest = domain.images_nearest();
         let (list, parts, positions) = order.pairs();
         for neighbour in list {
             let [p, q] = neighbour.pair.map(|k| k as usize);
@@ -166,7 +168,8 @@ impl ContactContext {
             if i.min(j) >= store.owned {
                 continue;
             }
-            let (indices, offset) = ([p, q].map(|k| parts[k]), neighbour.offset(&domain, positions));
+            let (indices, offset) =
+                ([p, q].map(|k| parts[k]), neighbour.offset((&domain, &nearest), positions));
             if self.shift(indices, neighbour.shift, offset).is_none() {
                 continue;
             }

@@ -20,9 +20,11 @@ pub(super) struct ContactForces {
     pub(super) begun: u64,
     /// True if two bodies may have several contacts: by their parts, or by their images in a narrow box.
     pub(super) several: bool,
+    /// True if all forces come in the order in which they are added up, so that none waits in `local`.
+    is_direct: bool,
     /// Contacts of this sub-step, first those of pairs, then those with walls.
     pub(super) states: Vec<ContactState>,
-    /// Contact force and torque by owned particle, after [`reduce`](Self::reduce).
+    /// Contact force and torque by owned particle, whole after [`reduce`](Self::reduce).
     pub(super) totals: Vec<Load>,
     /// Contact forces on owned particles, with their index.
     local: Vec<(u32, PairForce)>,
@@ -107,11 +109,14 @@ impl ContactForces {
     /// one.
     pub(super) fn new(peers: usize, memory: usize, several: bool) -> Self {
         let history = History::new(Records::new(memory));
-        Self { messages: vec![Vec::new(); peers], history, several, ..Self::default() }
+        let is_direct = peers == 0 && !several;
+        Self { messages: vec![Vec::new(); peers], history, several, is_direct, ..Self::default() }
     }
 
-    /// Begins a sub-step.
-    pub(super) fn clear(&mut self) {
+    /// Begins a sub-step with this number of owned particles.
+    pub(super) fn begin(&mut self, owned: usize) {
+        self.totals.clear();
+        self.totals.resize(owned, Load::default());
         self.local.clear();
         self.states.clear();
         self.messages.iter_mut().for_each(Vec::clear);
@@ -207,7 +212,11 @@ impl ContactForces {
     /// Adds the force on particle `index` (owned or ghost): here, or in the message to its owner.
     fn add_to(&mut self, index: usize, force: PairForce, near: &GhostLayer, store: &ParticleStore) {
         if index < store.owned {
-            self.local.push((index as u32, force));
+            if self.is_direct {
+                self.totals[index] += Load { force: force.force.into(), torque: force.torque.into() };
+            } else {
+                self.local.push((index as u32, force));
+            }
         } else if let Ok(link) = near.peers.binary_search(&(store.owners[index] as usize)) {
             self.messages[link].extend_from_slice(bytemuck::bytes_of(&force));
         }
@@ -216,6 +225,9 @@ impl ContactForces {
     /// Sends forces to the owners and adds up those on the owned particles, by ascending id of the partner, walls last.
     /// Collective.
     pub(super) fn reduce(&mut self, comm: &Comm, near: &GhostLayer, particles: &LocalParticles) {
+        if self.is_direct {
+            return;
+        }
         if !near.peers.is_empty() {
             let before = self.local.len();
             for message in comm.exchange(&near.peers, self.messages.clone()) {
@@ -234,12 +246,8 @@ impl ContactForces {
             // All contacts of two bodies come from one rank, in the order of their parts and images, which a stable sort keeps.
             self.local.sort_by_key(|(index, force)| (*index, force.partner));
         }
-        self.totals.clear();
-        self.totals.resize(particles.store.owned, Load::default());
         for (index, force) in &self.local {
-            let total = &mut self.totals[*index as usize];
-            total.force += Vec3::from(force.force);
-            total.torque += Vec3::from(force.torque);
+            self.totals[*index as usize] += Load { force: force.force.into(), torque: force.torque.into() };
         }
     }
 }
