@@ -122,14 +122,12 @@ pub fn pack(
         }
         if round % CAUGHT == 0 {
             let caught: Vec<usize> = (fixed.len()..positions.len()).filter(|&i| pushed[i]).collect();
-            let widest = reaches.iter().copied().fold(0.0, f64::max);
-            let mut bins = Bins::new(domain, 2.0 * widest, fixed.len());
-            (0..fixed.len()).for_each(|i| bins.add(i, &positions[i]));
+            let known = positions[..fixed.len()].to_vec();
+            let bins = Bins::new(domain, known.into_iter().zip(reaches.iter().copied()));
             for i in caught {
                 let is_clear = |at: &Vec3| {
                     let apart = |j: usize| domain.nearest_image(positions[j] - at).norm();
-                    let mut near = bins.around(at).flatten();
-                    near.all(|&j| apart(j) >= reaches[i] + reaches[j])
+                    !bins.any(at, reaches[i], |j| apart(j) < reaches[i] + reaches[j])
                         && walls.iter().all(|wall| wall.distance(*at) >= reaches[i])
                 };
                 let clear = (0..DRAWS).map(|_| draw()).find(is_clear);

@@ -18,6 +18,7 @@ mod driving;
 mod faces;
 mod homogenised;
 mod images;
+mod kept;
 mod light;
 mod mapper;
 mod method;
@@ -30,7 +31,7 @@ use crate::comm::Comm;
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::fluid::{
-    Body, CoverCount, ExchangeSum, Fluid, Images, Population, RigidMotion, RowSegments, Simd,
+    Body, CoverCount, ExchangeSum, Fluid, Images, LatticeSphere, Population, RigidMotion, RowSegments, Simd,
 };
 use crate::math::{Vec3, from_fixed};
 use crate::particle::{Particle, ParticleStore, Template};
@@ -42,6 +43,7 @@ pub use driving::{
     CONTROL_INTERVAL, Control, ControlRecord, Driving, DrivingParams, ForceBalance, MeanFlow, Resistance,
 };
 pub use homogenised::Homogenised;
+use kept::KeptSpheres;
 pub use light::VirtualMass;
 use mapper::Mapper;
 pub use method::Method;
@@ -78,10 +80,14 @@ pub struct Coupling {
     /// The particles of the last [`map`](Self::map), in their order, and the cells they cover.
     bodies: Vec<Body>,
     segments: RowSegments,
-    /// The parts of the bodies, one body after the other, and the index of the body of each.
+    /// Of those spheres, the rows that they may reach: the sweep finds their cells.
+    spheres: KeptSpheres,
+    /// The parts of the bodies, one body after the other, and the index of the body of each; without the following.
     parts: Vec<(u32, Mapper)>,
+    /// The spheres, if the method needs their surfaces only, and their indices.
+    surfaces: Vec<(u32, LatticeSphere)>,
     /// Body whose surface the fluid takes for that of each part of each template, moved in by a distance (cells).
-    felt: Vec<Vec<(Arc<dyn Shape>, f64)>>,
+    felt: Vec<Felt>,
     /// The same at the last sweep.
     swept_bodies: Vec<Body>,
     swept_segments: RowSegments,
@@ -106,6 +112,9 @@ pub struct Coupling {
     /// The cells of the present bodies are found.
     found: bool,
 }
+
+/// Surfaces of the parts of a body, each moved in by a distance (cells).
+type Felt = Vec<(Arc<dyn Shape>, f64)>;
 
 /// Index of a particle that is not in a list.
 const NONE: u32 = u32::MAX;
@@ -137,7 +146,9 @@ impl Coupling {
             peers: decomposition.neighbours(rank, reach),
             bodies: Vec::new(),
             segments: RowSegments::default(),
+            spheres: KeptSpheres::default(),
             parts: Vec::new(),
+            surfaces: Vec::new(),
             felt: Vec::new(),
             swept_bodies: Vec::new(),
             swept_segments: RowSegments::default(),
@@ -177,6 +188,16 @@ impl Coupling {
         }
         self.bodies.clear();
         self.parts.clear();
+        self.surfaces.clear();
+        let keeps_cover = with_method!(params.method, method => method.keeps_cover());
+        let sphere = |(template, felt): (&Template, &Felt)| match (template.parts().next(), &felt[..]) {
+            (Some((_, None)), [(shape, shift)]) if !keeps_cover => {
+                let surface = |radius| LatticeSphere { radius: radius * (1.0 / dx), shift: *shift };
+                shape.as_sphere().map(surface)
+            }
+            _ => None,
+        };
+        let spheres: Vec<_> = particles.templates.iter().zip(&self.felt).map(sphere).collect();
         for (i, particle) in particles.particles.iter().enumerate() {
             let (template, mut body) = (particles.template(particle), lattice_body(particle, &params.units));
             if i < particles.owned {
@@ -185,6 +206,11 @@ impl Coupling {
                 });
             }
             let felt = &self.felt[particle.template as usize];
+            if let Some(sphere) = spheres[particle.template as usize] {
+                self.surfaces.push((i as u32, sphere));
+                self.bodies.push(body);
+                continue;
+            }
             for ((_, part), (shape, shift)) in template.parts().zip(felt) {
                 let (mut turn, mut motion) = (particle.orientation(), body.motion);
                 if let Some(part) = part {
@@ -209,19 +235,30 @@ impl Coupling {
     /// Begins the momentum exchange of a step, before the sweep: what left in the last sweep, corrected for the cells
     /// that were covered only then or only now.
     fn begin_exchange<S: Population>(&mut self, fluid: &mut Fluid<S>) {
-        // Where each particle of one list is in the other.
-        let mut before: Vec<(u64, u32)> = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
-        before.sort_unstable();
+        // Where each particle of one list is in the other: mostly at the same place.
+        let mut before: Vec<(u64, u32)> = Vec::new();
         let mut old_of = vec![NONE; self.bodies.len()];
         let mut new_of = vec![NONE; self.swept_bodies.len()];
         let domain = &self.decomposition.domain;
         for (new, body) in self.bodies.iter_mut().enumerate() {
             body.exchange = body.departed;
-            if let Ok(at) = before.binary_search_by_key(&body.id, |&(id, _)| id) {
-                let old = before[at].1;
+            let old = match self.swept_bodies.get(new) {
+                Some(old) if old.id == body.id => Some(new as u32),
+                _ => {
+                    if before.is_empty() {
+                        before = (0..).zip(&self.swept_bodies).map(|(i, b)| (b.id, i)).collect();
+                        before.sort_unstable();
+                    }
+                    before.binary_search_by_key(&body.id, |&(id, _)| id).ok().map(|at| before[at].1)
+                }
+            };
+            if let Some(old) = old {
                 (old_of[new], new_of[old as usize]) = (old, new as u32);
                 let old = &self.swept_bodies[old as usize];
-                body.exchange.add(&old.departed.shifted(shift_of_reference(old, body, domain)), -1);
+                body.exchange.add(
+                    &old.departed.shifted(shift_of_reference(old.reference, body.reference, domain)),
+                    -1,
+                );
             }
         }
         with_method!(self.params.method, method => {
@@ -292,7 +329,6 @@ impl Coupling {
     /// Makes the mapped particles the state of the last sweep.
     fn note_swept(&mut self, particles: &ParticleStore) {
         std::mem::swap(&mut self.bodies, &mut self.swept_bodies);
-        self.swept_count = self.segments.count();
         if with_method!(self.params.method, method => method.keeps_cover()) {
             std::mem::swap(&mut self.segments, &mut self.swept_segments);
         }
@@ -362,9 +398,9 @@ fn lattice_body(particle: &Particle, units: &Units) -> Body {
 
 /// Shift of offsets when they are counted from the reference cell of `new` instead of that of `old`, across the
 /// periodic faces.
-fn shift_of_reference(old: &Body, new: &Body, domain: &Domain) -> [i64; 3] {
+fn shift_of_reference(old: [i64; 3], new: [i64; 3], domain: &Domain) -> [i64; 3] {
     std::array::from_fn(|a| {
-        let (shift, cells) = (old.reference[a] - new.reference[a], domain.cells[a] as i64);
+        let (shift, cells) = (old[a] - new[a], domain.cells[a] as i64);
         if domain.is_periodic(a) {
             shift - cells * (shift as f64 / cells as f64).round_ties_even() as i64
         } else {

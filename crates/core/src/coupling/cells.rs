@@ -2,9 +2,17 @@
 
 use super::Coupling;
 use super::cover::Cover;
-use super::mapper::{Image, Mapper};
+use super::mapper::{Image, Mapper, sphere_images};
 use super::method::{CouplingMethod, with_method};
-use crate::fluid::Images;
+use crate::fluid::{Images, LatticeSphere};
+
+/// A body on the lattice.
+enum Parts<'a> {
+    /// A sphere whose cells the sweep finds.
+    Sphere(LatticeSphere),
+    /// Parts, each with the index of the body.
+    Mapped(&'a [(u32, Mapper)]),
+}
 
 impl Coupling {
     /// Finds what a device gets of the mapped bodies. The host finds the cells of those whose geometry the device does not know, and of
@@ -15,22 +23,25 @@ impl Coupling {
         let keeps_cover = with_method!(params.method, method => method.keeps_cover());
         let mut cover = std::mem::take(&mut self.cover);
         cover.begin(&mut self.segments);
-        self.each_body(|body, parts| {
-            let [(_, only)] = parts else {
-                let found = self.cover_parts(parts, &mut cover);
-                images.add_joined(
-                    body,
-                    &self.bodies[body as usize].motion,
-                    self.block,
-                    &cover.added[found..],
-                );
-                return;
-            };
-            self.each_image(body, only, |image| {
-                images.add(only, image, keeps_cover, &mut cover, |cover| {
-                    with_method!(params.method, method => method.cover(only, image, cover, params.simd));
-                });
-            });
+        self.each_body(|index, parts| {
+            let body = &self.bodies[index as usize];
+            match parts {
+                Parts::Sphere(sphere) => {
+                    let (domain, centre) = (&self.decomposition.domain, body.motion.centre);
+                    sphere_images(sphere, centre, domain, self.block, body.reference, index, |image| {
+                        images.add_sphere(sphere, image, &body.motion);
+                    });
+                }
+                Parts::Mapped([(_, only)]) => self.each_image(index, only, |image| {
+                    images.add(only, image, keeps_cover, &mut cover, |cover| {
+                        with_method!(params.method, method => method.cover(only, image, cover, params.simd));
+                    });
+                }),
+                Parts::Mapped(parts) => {
+                    let found = self.cover_parts(parts, &mut cover);
+                    images.add_joined(index, &body.motion, self.block, &cover.added[found..]);
+                }
+            }
         });
         images.cut.clone_from(&cover.cut);
         if keeps_cover {
@@ -43,11 +54,15 @@ impl Coupling {
 
     /// Calls `visit` with the index and the parts of each body, in ascending order of ids, so that cells shared by several
     /// particles combine in the same order on every rank.
-    fn each_body(&self, mut visit: impl FnMut(u32, &[(u32, Mapper)])) {
-        let mut bodies: Vec<&[(u32, Mapper)]> = self.parts.chunk_by(|(a, _), (b, _)| a == b).collect();
-        bodies.sort_unstable_by_key(|parts| self.bodies[parts[0].0 as usize].id);
-        for parts in bodies {
-            visit(parts[0].0, parts);
+    fn each_body(&self, mut visit: impl FnMut(u32, Parts)) {
+        let spheres = self.surfaces.iter().map(|&(body, sphere)| (body, Parts::Sphere(sphere)));
+        let others =
+            self.parts.chunk_by(|(a, _), (b, _)| a == b).map(|parts| (parts[0].0, Parts::Mapped(parts)));
+        let mut bodies: Vec<(u32, Parts)> = spheres.chain(others).collect();
+        // Mostly a few ascending runs.
+        bodies.sort_by_key(|(body, _)| self.bodies[*body as usize].id);
+        for (body, parts) in bodies {
+            visit(body, parts);
         }
     }
 
@@ -77,13 +92,17 @@ impl Coupling {
             return;
         }
         let [_, ny, nz] = self.block.size();
-        let mut cover = std::mem::take(&mut self.cover);
+        let (mut cover, mut spheres) = (std::mem::take(&mut self.cover), Vec::new());
         cover.begin(&mut self.segments);
-        self.each_body(|_, parts| {
-            self.cover_parts(parts, &mut cover);
+        self.each_body(|body, parts| match parts {
+            Parts::Sphere(sphere) => spheres.push((body, sphere)),
+            Parts::Mapped(parts) => {
+                self.cover_parts(parts, &mut cover);
+            }
         });
         self.segments.sort(ny * nz, &cover.added, std::mem::take(&mut cover.cut));
         self.cover = cover;
+        self.spheres.update(&spheres, &self.bodies, &self.decomposition.domain, self.block);
         self.found = true;
     }
 }

@@ -6,6 +6,7 @@
 use super::mapper::{Image, Mapper};
 use crate::fluid::simd::{Choose, Lanes, Registers, Single};
 use crate::fluid::{GROUP, Real, RowSegments, Segment, Simd};
+use crate::math::ROUND;
 
 /// Covered cells, as they are found.
 #[derive(Default)]
@@ -48,16 +49,6 @@ impl Intervals {
         }
         rows
     }
-}
-
-/// Added to a number, puts the nearest integer into the last bits of the sum.
-const ROUND: f64 = 1.5 * (1_u64 << 52) as f64;
-
-/// `x.floor()` for `|x| < 2^30`, of which several are found at once on every processor.
-#[inline(always)]
-pub(super) fn floor(x: f64) -> i32 {
-    let near = x + ROUND;
-    near.to_bits() as i32 - i32::from(near - ROUND > x)
 }
 
 /// Surface of a body on the lattice, lengths in cells from its centre.
@@ -255,22 +246,9 @@ impl Cover {
             count: small(count),
             head: small(head),
             tail: small(tail),
-            together: 0,
             offset: [first, ny as i32, nz as i32],
             cut: (start + before) as u32,
         };
         self.added.push((((ny + by) + image.rows * (nz + bz)) as u32, segment));
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_floor_is_the_floor() {
-        for x in [-2.0, -1.5, -0.5, -0.1, 0.0, 0.1, 0.5, 0.999, 1.0, 1.5, 7.5, 1e9 + 0.5, -1e9] {
-            assert_eq!(floor(x), f64::floor(x) as i32, "{x}");
-        }
     }
 }

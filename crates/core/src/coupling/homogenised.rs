@@ -75,7 +75,8 @@ impl CouplingMethod for Homogenised {
                     continue;
                 }
                 let old_body = &coupling.swept_bodies[segment.body as usize];
-                let shift = shift_of_reference(old_body, &coupling.bodies[is as usize], domain);
+                let shift =
+                    shift_of_reference(old_body.reference, coupling.bodies[is as usize].reference, domain);
                 each_cell_outside(segment, &new.iter().filter(|s| s.body == is), |x| {
                     let n = offset_of(segment, x);
                     cells.push(cell(x));

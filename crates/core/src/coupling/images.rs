@@ -6,9 +6,9 @@
 use super::cover::Cover;
 use super::faces::FacePlane;
 use super::mapper::{Geometry, Image, Mapper};
-use super::saturated::face_numbers;
 use crate::domain::Block;
-use crate::fluid::{IMAGE_INTS, Images, RigidMotion, Segment};
+use crate::fluid::volume_fraction::face_numbers;
+use crate::fluid::{IMAGE_INTS, Images, LatticeSphere, RigidMotion, Segment};
 use std::collections::BTreeMap;
 
 /// Kinds of images.
@@ -33,30 +33,29 @@ impl Images {
         find: impl FnOnce(&mut Cover),
     ) {
         let rows = rows_of(image);
-        let (mut faces, mut radius) = ([0, 0], 0.0);
+        let (mut faces, mapped) = ([0, 0], self.mapped.len() / 5);
         let kind = match &mapper.geometry {
-            _ if by_host => MAPPED,
-            Geometry::Sphere(of) => {
-                radius = of * mapper.per_dx;
-                SPHERE
-            }
-            Geometry::Flat(planes) => {
+            Geometry::Flat(planes) if !by_host => {
                 faces = [self.planes.len() / 5, planes.len()];
                 for plane in planes {
                     self.add_face(plane);
                 }
                 FLAT
             }
-            _ => MAPPED,
+            _ => {
+                let first = found.added.len();
+                find(found);
+                self.add_mapped(image, rows, &found.added[first..]);
+                MAPPED
+            }
         };
-        let mapped = self.mapped.len() / 5;
-        if kind == MAPPED {
-            let first = found.added.len();
-            find(found);
-            self.add_mapped(image, rows, &found.added[first..]);
-        }
-        let radii = [radius, mapper.shift - radius];
-        self.push(kind, image, rows, [faces[0], faces[1], mapped], &mapper.motion, radii);
+        self.push(kind, image, rows, [faces[0], faces[1], mapped], &mapper.motion, [0.0, mapper.shift]);
+    }
+
+    /// Adds an image of a sphere that moves like this.
+    pub(super) fn add_sphere(&mut self, sphere: LatticeSphere, image: &Image, motion: &RigidMotion) {
+        let (rows, mapped, LatticeSphere { radius, shift }) = (rows_of(image), self.mapped.len() / 5, sphere);
+        self.push(SPHERE, image, rows, [0, 0, mapped], motion, [radius, shift - radius]);
     }
 
     /// Adds the cells that the host `found` of a body of several parts, in ascending order of rows and cells: images with at most one

@@ -1,17 +1,16 @@
 //! A particle on the lattice: its periodic images that reach a block, and the cells of each row that it covers.
 
 use super::CouplingParams;
-use super::cover::{Rows, floor};
+use super::cover::Rows;
 use super::faces::{FacePlane, between};
 use crate::domain::{Block, Domain};
-use crate::fluid::{GROUP, RigidMotion};
-use crate::math::{Mat3, Quat, Vec3};
+use crate::fluid::{GROUP, LatticeSphere, RigidMotion};
+use crate::math::{Mat3, Quat, Vec3, floor};
 use crate::shape::{Passage, Shape, Sphere};
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-/// Half the diagonal of a cell.
-pub(super) const HALF_DIAGONAL: f64 = 0.8660254037844386;
+pub(super) use crate::fluid::HALF_DIAGONAL;
 
 /// Access to the geometry of a body.
 pub(super) enum Geometry {
@@ -37,6 +36,57 @@ pub(super) struct Image {
     pub(super) base: [i64; 3],
     /// Rows of the block in y.
     pub(super) rows: i64,
+}
+
+/// Calls `visit` for every periodic image of a body with this index that may touch the block; it covers no cells but those with offsets from
+/// the first to the last from its reference cell.
+pub(super) fn images_within(
+    [first, last]: [[i64; 3]; 2],
+    domain: &Domain,
+    block: Block,
+    reference: [i64; 3],
+    body: u32,
+    mut visit: impl FnMut(&Image),
+) {
+    // Of each axis, the images that reach into the block.
+    let along = |a: usize| {
+        (-1..=1).filter(move |shift| *shift == 0 || domain.is_periodic(a)).filter_map(move |shift| {
+            let base = reference[a] + shift * domain.cells[a] as i64 - block.lo[a] as i64;
+            let size = (block.hi[a] - block.lo[a]) as i64;
+            let offsets = first[a].max(-base)..=last[a].min(size - 1 - base);
+            (!offsets.is_empty()).then_some((offsets, base))
+        })
+    };
+    for (z, bz) in along(2) {
+        for (y, by) in along(1) {
+            for (x, bx) in along(0) {
+                let rows = (block.hi[1] - block.lo[1]) as i64;
+                visit(&Image { body, offsets: [x, y.clone(), z.clone()], base: [bx, by, bz], rows });
+            }
+        }
+    }
+}
+
+/// Distance (cells) beyond the surface of a body moved in by `shift` within which cells may be covered. Where three faces meet that are
+/// moved out, the corner moves farther.
+fn margin(half_layer: f64, shift: f64) -> f64 {
+    half_layer + if shift < 0.0 { -3.0 * shift } else { 0.0 }
+}
+
+/// [`images_within`] for a sphere whose centre is at `centre` from its reference cell.
+pub(super) fn sphere_images(
+    sphere: LatticeSphere,
+    centre: [f64; 3],
+    domain: &Domain,
+    block: Block,
+    reference: [i64; 3],
+    body: u32,
+    visit: impl FnMut(&Image),
+) {
+    let margin = margin(HALF_DIAGONAL, sphere.shift);
+    let first = centre.map(|centre| i64::from(floor(-sphere.radius - margin + centre)));
+    let last = centre.map(|centre| i64::from(floor(sphere.radius + margin + centre)) + 1);
+    images_within([first, last], domain, block, reference, body, visit);
 }
 
 /// One particle on the lattice.
@@ -93,6 +143,11 @@ impl Mapper {
         }
     }
 
+    /// Its surface, if it is a sphere of this radius (m).
+    pub(super) fn sphere(&self, radius: f64) -> LatticeSphere {
+        LatticeSphere { radius: radius * self.per_dx, shift: self.shift }
+    }
+
     /// Calls `visit` for every periodic image of the body, whose index is `body`, that may touch the block.
     pub(super) fn each_image(
         &self,
@@ -100,14 +155,13 @@ impl Mapper {
         block: Block,
         reference: [i64; 3],
         body: u32,
-        mut visit: impl FnMut(&Image),
+        visit: impl FnMut(&Image),
     ) {
         let (low, high) = match self.geometry {
             Geometry::Sphere(radius) => (Vec3::repeat(-radius), Vec3::repeat(radius)),
             _ => self.shape.bounds(&self.orientation),
         };
-        // Cells with their centre within the layer; where three faces meet that are moved out, the corner moves farther.
-        let margin = self.half_layer + if self.shift < 0.0 { -3.0 * self.shift } else { 0.0 };
+        let margin = margin(self.half_layer, self.shift);
         let mut first: [i64; 3] =
             std::array::from_fn(|a| i64::from(floor(low[a] * self.per_dx - margin + self.motion.centre[a])));
         let mut last: [i64; 3] = std::array::from_fn(|a| {
@@ -118,23 +172,7 @@ impl Mapper {
             let cells = domain.cells[axis] as i64;
             (first[axis], last[axis]) = (-(cells / 2), cells - 1 - cells / 2);
         }
-        // Of each axis, the images that reach into the block.
-        let along = |a: usize| {
-            (-1..=1).filter(move |shift| *shift == 0 || domain.is_periodic(a)).filter_map(move |shift| {
-                let base = reference[a] + shift * domain.cells[a] as i64 - block.lo[a] as i64;
-                let size = (block.hi[a] - block.lo[a]) as i64;
-                let offsets = first[a].max(-base)..=last[a].min(size - 1 - base);
-                (!offsets.is_empty()).then_some((offsets, base))
-            })
-        };
-        for (z, bz) in along(2) {
-            for (y, by) in along(1) {
-                for (x, bx) in along(0) {
-                    let rows = (block.hi[1] - block.lo[1]) as i64;
-                    visit(&Image { body, offsets: [x, y.clone(), z.clone()], base: [bx, by, bz], rows });
-                }
-            }
-        }
+        images_within([first, last], domain, block, reference, body, visit);
     }
 
     /// Offsets of the covered cells of the row at `y, z` (cells from the centre), and of those fully solid (maybe none, then

@@ -8,7 +8,7 @@ use super::saturated::Saturated;
 use crate::domain::Block;
 use crate::fluid::{
     BlockSolids, CellState, ExchangeSum, Flow, Fluid, Images, Population, RigidMotion, RowSegments, Simd,
-    SolidModel,
+    SolidModel, SphereRows,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -110,6 +110,7 @@ impl Coupling {
     pub(super) fn solids<M: CouplingMethod>(&mut self, model: M) -> BlockSolids<'_, M> {
         BlockSolids {
             segments: &self.segments,
+            spheres: &self.spheres.rows,
             bodies: &mut self.bodies,
             model,
             images: self.images.as_ref(),
@@ -125,9 +126,11 @@ impl Coupling {
         measure: bool,
     ) -> Option<Flow> {
         self.begin_exchange(fluid);
-        with_method!(self.params.method, method => {
+        let flow = with_method!(self.params.method, method => {
             fluid.sweep(acceleration, &mut self.solids(method), measure)
-        })
+        });
+        self.swept_count = fluid.cover_count();
+        flow
     }
 
     /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
@@ -160,6 +163,7 @@ pub(crate) fn sweep_alone<S: Population>(
 ) -> Option<Flow> {
     let solids = &mut BlockSolids {
         segments: &RowSegments::default(),
+        spheres: &SphereRows::default(),
         bodies: &mut [],
         model: Homogenised { ramp: 1.0 },
         images: Some(&Images::default()),

@@ -25,7 +25,6 @@
 mod collision;
 mod flat;
 mod round;
-mod volume_fraction;
 
 use super::cover::Cover;
 use super::mapper::{Geometry, HALF_DIAGONAL, Image, Mapper};
@@ -38,7 +37,6 @@ pub use collision::SolidOperator;
 use flat::FlatSurface;
 use round::{CylinderSurface, EllipsoidSurface, SmoothSurface, SphereSurface};
 use std::sync::Arc;
-pub(super) use volume_fraction::face_numbers;
 
 /// Partially saturated cells.
 #[derive(Clone, Copy, Debug, PartialEq)]

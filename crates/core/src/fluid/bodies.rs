@@ -5,8 +5,11 @@
 //! first-level cache; only cells that a surface cuts have a number in memory, their solid fraction.
 
 use super::Real;
-use super::simd::{Lanes, Registers, Tally};
-use super::solid::{GROUP, SolidModel, SolidRow};
+use super::segments::{RowSegments, Segment};
+use super::simd::{Choose, Lanes, Registers, Tally};
+use super::solid::{GROUP, SolidModel};
+use super::solid_row::{RowCover, SolidRow};
+use super::spheres::SphereRows;
 use crate::math::{FIXED_MAGIC, to_fixed};
 
 /// Momentum and angular momentum about the reference cell that a body receives in one time step, as exact sums of
@@ -87,11 +90,10 @@ impl RigidMotion {
         [x, y + sy * from_centre, z + sz * from_centre]
     }
 
-    /// Velocities along the row of a segment.
+    /// Velocities along the row with these offsets.
     #[inline(always)]
-    pub(super) fn row(&self, segment: &Segment) -> RowVelocity<f64> {
-        let [_, ny, nz] = segment.offset.map(f64::from);
-        let (constant, slope) = self.along_row(ny, nz);
+    pub(super) fn row(&self, [_, ny, nz]: [i32; 3]) -> RowVelocity<f64> {
+        let (constant, slope) = self.along_row(ny.into(), nz.into());
         RowVelocity { constant, slope, centre: self.centre[0] }
     }
 }
@@ -118,6 +120,18 @@ impl RowVelocity<f64> {
 }
 
 impl<T: Real> RowVelocity<T> {
+    /// Velocities in a group of cells whose first has offset `n` in x, as [`lanes`](Self::lanes).
+    #[inline(always)]
+    pub(super) fn group(&self, n: i32) -> [[T; GROUP]; 3] {
+        let ([ux, uy, uz], [sy, sz]) = (self.constant, self.slope);
+        let (first, mut u) = (T::from_f64(n.into()), [[ux; GROUP]; 3]);
+        for k in 0..GROUP {
+            let x = (first + T::LANE[k]) - self.centre;
+            (u[1][k], u[2][k]) = (uy + sy * x, uz + sz * x);
+        }
+        u
+    }
+
     /// Velocities in the register of cells whose first has offset `n` in x.
     #[inline(always)]
     pub(super) fn lanes<R: Lanes<T>>(&self, n: i32) -> [R; 3] {
@@ -146,170 +160,12 @@ pub struct Body {
     pub departed: ExchangeSum,
 }
 
-/// Consecutive cells of a row that belong to one body (one of its periodic images): some that its surface cuts (`head`), some
-/// wholly solid, some cut (`tail`).
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Segment {
-    /// Index of the body.
-    pub body: u32,
-    /// First cell of the block.
-    pub x: u32,
-    /// Number of cells.
-    pub count: u16,
-    /// Cut cells at the start.
-    pub head: u16,
-    /// Cut cells at the end.
-    pub tail: u16,
-    /// Number of consecutive segments, this one among them, of which each overlaps another; 0 if it is alone in its cells.
-    pub together: u16,
-    /// Offset of the first cell from the reference cell of the body (of its image that lies here).
-    pub offset: [i32; 3],
-    /// Index of the solid fraction of the first cut cell; those of head and tail are side by side.
-    pub cut: u32,
-}
-
-impl Segment {
-    /// One past the last cell.
-    pub(crate) fn end(&self) -> u32 {
-        self.x + u32::from(self.count)
-    }
-
-    /// Solid fraction of the `k`th cell, those of the cut cells being `cut`.
-    #[inline(always)]
-    pub(crate) fn fraction(&self, cut: &[f32], k: usize) -> f32 {
-        let (head, end) = (usize::from(self.head), usize::from(self.count - self.tail));
-        match k {
-            k if k < head => cut[k],
-            k if k >= end => cut[head + (k - end)],
-            _ => 1.0,
-        }
-    }
-}
-
-/// Number of cells that bodies cover in a block, each counted once for each body that covers it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CoverCount {
-    /// Cells.
-    pub cells: usize,
-    /// Those that a surface cuts.
-    pub cut: usize,
-    /// Segments of rows that they form.
-    pub segments: usize,
-}
-
-/// The cells that bodies cover in the rows of a block: segments sorted by row, and the solid fractions of cut cells.
-#[derive(Clone, Debug, Default)]
-pub struct RowSegments {
-    segments: Vec<Segment>,
-    /// First segment of each row, and one past the last.
-    start: Vec<u32>,
-    /// Solid fractions of cut cells, and [`GROUP`] more numbers.
-    cut: Vec<f32>,
-}
-
-impl RowSegments {
-    /// Leaves all rows empty; returns the memory of the fractions.
-    pub fn clear(&mut self) -> Vec<f32> {
-        // The segments stay where they are, so that sorting others need not write each twice.
-        self.start.clear();
-        let mut cut = std::mem::take(&mut self.cut);
-        cut.clear();
-        cut
-    }
-
-    /// Sorts `added`, pairs of row and segment. In a row they come by ascending cells; those that overlap stay in the order in
-    /// which they were added. `cut` are the fractions that they refer to.
-    pub fn sort(&mut self, rows: usize, added: &[(u32, Segment)], cut: Vec<f32>) {
-        self.start.clear();
-        self.start.resize(rows + 1, 0);
-        for (row, _) in added {
-            self.start[*row as usize + 1] += 1;
-        }
-        let mut sum = 0;
-        for start in &mut self.start {
-            sum += *start;
-            *start = sum;
-        }
-        // Each is written below.
-        self.segments.resize(added.len(), Segment::default());
-        for (row, segment) in added {
-            let next = &mut self.start[*row as usize];
-            self.segments[*next as usize] = *segment;
-            *next += 1;
-        }
-        // Each start has moved to the end of its row, which is the start of the next.
-        let mut first = 0;
-        for start in &mut self.start {
-            let end = std::mem::replace(start, first);
-            if end - first > 1 {
-                sort_row(&mut self.segments[first as usize..end as usize]);
-            }
-            first = end;
-        }
-        self.cut = cut;
-        self.cut.extend([0.0; GROUP]);
-    }
-
-    /// Numbers of all.
-    pub fn count(&self) -> CoverCount {
-        let cells = |of: fn(&Segment) -> u16| self.segments.iter().map(|s| usize::from(of(s))).sum();
-        CoverCount {
-            cells: cells(|segment| segment.count),
-            cut: cells(|segment| segment.head + segment.tail),
-            segments: self.segments.len(),
-        }
-    }
-
-    /// Segments of row `y + ny z`; none before the first [`sort`](Self::sort).
-    #[inline]
-    pub fn row(&self, row: usize) -> &[Segment] {
-        match (self.start.get(row), self.start.get(row + 1)) {
-            (Some(&first), Some(&end)) => &self.segments[first as usize..end as usize],
-            _ => &[],
-        }
-    }
-
-    /// Solid fractions of the cut cells of a segment, head then tail, followed by those of other segments.
-    #[inline(always)]
-    pub(super) fn cut(&self, segment: &Segment) -> &[f32] {
-        &self.cut[segment.cut as usize..]
-    }
-}
-
-/// Sorts the segments of a row, see [`RowSegments::sort`].
-fn sort_row(segments: &mut [Segment]) {
-    if segments.windows(2).all(|pair| pair[0].end() <= pair[1].x) {
-        return;
-    }
-    // In the order of their addition, for which bodies have no index.
-    let mut order: Vec<(u32, Segment)> = (0..).zip(segments.iter().copied()).collect();
-    order.sort_by_key(|(_, segment)| segment.x);
-    let mut first = 0;
-    while first < order.len() {
-        let (mut end, mut next) = (order[first].1.end(), first + 1);
-        while next < order.len() && order[next].1.x < end {
-            end = end.max(order[next].1.end());
-            next += 1;
-        }
-        let together = &mut order[first..next];
-        if together.len() > 1 {
-            together.sort_unstable_by_key(|(at, _)| *at);
-            let count = together.len() as u16;
-            for (_, segment) in together {
-                segment.together = count;
-            }
-        }
-        first = next;
-    }
-    for (to, (_, segment)) in segments.iter_mut().zip(order) {
-        *to = segment;
-    }
-}
-
 /// The solids on a block of fluid.
 pub struct BlockSolids<'a, M> {
-    /// Covered cells.
+    /// Covered cells, of all bodies that are not in `spheres`; in a row in ascending order of ids.
     pub segments: &'a RowSegments,
+    /// Spheres whose cells are found when their rows are swept.
+    pub spheres: &'a SphereRows,
     /// Motion of each body, and what it exchanged.
     pub bodies: &'a mut [Body],
     /// Collision of covered cells.
@@ -319,27 +175,47 @@ pub struct BlockSolids<'a, M> {
 }
 
 impl<M: SolidModel> BlockSolids<'_, M> {
-    /// Adds all solids to a row, which is empty.
+    /// Returns true if bodies may cover cells of a row.
     #[inline(always)]
-    pub(super) fn fill<T: Real, R: Lanes<T>>(&self, row: usize, solids: &mut SolidRow<T>) {
-        let segments = self.segments.row(row);
-        let mut together = 0;
-        for (at, segment) in segments.iter().enumerate() {
-            let velocity = self.bodies[segment.body as usize].motion.row(segment).to::<T>();
-            let cut = self.segments.cut(segment);
-            if segment.together == 0 {
-                solids.put::<R>(segment, cut, &velocity);
-                continue;
+    pub(super) fn reach(&self, row: usize) -> bool {
+        !(self.segments.row(row).is_empty() && self.spheres.row(row).is_empty())
+    }
+
+    /// Adds all solids to a row of `nx` cells, which is empty.
+    #[inline(always)]
+    pub(super) fn fill<T: Real, V: Registers>(&self, row: usize, nx: usize, solids: &mut SolidRow<T>) {
+        let (mut segments, spheres) = (self.segments.row(row), self.spheres.row(row));
+        solids.reserve(segments.len() + spheres.len());
+        if !spheres.is_empty() {
+            let [y, z] = self.spheres.place(row);
+            for image in spheres {
+                let image = &self.spheres.images[*image as usize];
+                let body = &self.bodies[image.body as usize];
+                while let [segment, rest @ ..] = segments {
+                    if self.bodies[segment.body as usize].id > body.id {
+                        break;
+                    }
+                    self.add_segment::<T, V>(segment, solids);
+                    segments = rest;
+                }
+                let offset = [-image.base[0], y - image.base[1], z - image.base[2]];
+                if let Some(cells) = image.cells(body.motion.centre, offset, nx as i32) {
+                    let velocity = body.motion.row(offset).to();
+                    solids.add_sphere::<M, V>(image.body, offset, &cells, &velocity);
+                }
             }
-            if together == 0 {
-                together = segment.together;
-                let all = &segments[at..at + usize::from(together)];
-                let (first, end) = all.iter().fold((u32::MAX, 0), |(a, b), s| (a.min(s.x), b.max(s.end())));
-                solids.open_cells(first as usize..end as usize);
-            }
-            solids.add::<M>(segment, cut, &velocity);
-            together -= 1;
         }
+        for segment in segments {
+            self.add_segment::<T, V>(segment, solids);
+        }
+    }
+
+    #[inline(always)]
+    fn add_segment<T: Real, V: Registers>(&self, segment: &Segment, solids: &mut SolidRow<T>) {
+        let [nx, ny, nz] = segment.offset;
+        let offset = [nx - segment.x as i32, ny, nz];
+        let velocity = self.bodies[segment.body as usize].motion.row(offset).to();
+        solids.add_segment::<M, V>(segment, self.segments.cut(segment), offset, &velocity);
     }
 
     /// Adds the momentum that a row exchanged in this sweep to its bodies.
@@ -347,136 +223,76 @@ impl<M: SolidModel> BlockSolids<'_, M> {
     /// # Safety
     /// The function that this is inlined into is compiled for the instructions of `V`, and the processor has them.
     #[inline(always)]
-    pub(super) unsafe fn collect<T: Real, V: Registers>(&mut self, row: usize, solids: &SolidRow<T>) {
-        for segment in self.segments.row(row) {
-            let Body { motion, exchange, departed, .. } = &mut self.bodies[segment.body as usize];
-            let [incoming, outgoing] = if segment.together > 0 && M::BY_VOLUME {
-                let cut = self.segments.cut(segment);
-                [&solids.incoming, &solids.outgoing].map(|p| received_of_shared(p, segment, cut, solids))
-            } else {
-                received::<T, V, M>(solids, segment, &motion.row(segment))
-            };
+    pub(super) unsafe fn collect<T: Real, V: Registers>(&mut self, solids: &SolidRow<T>) {
+        for cover in &solids.covers {
+            let Body { motion, exchange, departed, .. } = &mut self.bodies[cover.body as usize];
+            let [incoming, outgoing] = received::<T, V, M>(solids, cover, &motion.row(cover.offset));
             exchange.add(&incoming, 1);
             departed.add(&outgoing, 1);
         }
     }
 }
 
-/// Momentum that a body receives from the cells of a segment that it alone covers, and the momentum to subtract in the next step.
+/// Momentum that a body receives from its cells of a row, and the momentum to subtract in the next step.
 #[inline(always)]
 fn received<T: Real, V: Registers, M: SolidModel>(
     solids: &SolidRow<T>,
-    segment: &Segment,
+    cover: &RowCover,
     velocity: &RowVelocity<f64>,
 ) -> [ExchangeSum; 2] {
-    let (x, count) = (segment.x as usize, usize::from(segment.count));
-    assert!(x + count + V::D::WIDTH <= solids.fraction.len());
-    let whole = count - count % V::D::WIDTH;
-    let cells = count.next_multiple_of(V::D::WIDTH) as i64;
-    let offset = (FIXED_MAGIC.to_bits() as i64).wrapping_mul(cells);
-    let [first, ny, nz] = segment.offset;
+    let (&RowCover { x: first, count, offset: [n, ny, nz], .. }, fractions) =
+        (cover, solids.fractions(cover));
+    assert!(first + count + V::D::WIDTH <= solids.fraction.len() && count + V::D::WIDTH <= fractions.len());
     let zero = V::D::splat(0.0);
-    // One after the other: sums of both do not fit into registers. No closures: they would not be compiled for the instruction set.
-    let (mut z_levers, mut others) = ([zero; 2], [[0; 4]; 2]);
-    for (way, exchanged) in [&solids.incoming, &solids.outgoing].into_iter().enumerate() {
-        let mut tallies = [zero; 5];
-        let mut done = 0;
-        // SAFETY: all arrays of the row are as long as the one just checked; the mask has as many lanes as the widest register.
+    let mut tallies = [[zero; 5]; 2];
+    // No closures: they would not be compiled for the instruction set.
+    for done in (0..count).step_by(V::D::WIDTH) {
+        let x = first + done;
+        let n = n + x as i32;
+        // By volume cells that several bodies cover are shared; otherwise each gets what its own velocity says.
+        let shares = if M::BY_VOLUME && solids.is_shared(x, V::D::WIDTH) {
+            Some(solids.shares(x, &fractions[done..done + V::D::WIDTH]))
+        } else {
+            None
+        };
+        // SAFETY: all arrays of the row are as long as the one just checked, and there are more lanes than in a register.
         unsafe {
-            while done < whole {
-                let (x, n) = (x + done, first + done as i32);
-                add_register::<T, _, M>(&mut tallies, exchanged, velocity, x, n, None);
-                done += V::D::WIDTH;
-            }
-            if done < count {
-                let (x, n) = (x + done, first + done as i32);
-                let mask = V::D::load(first_lanes(count - done));
-                add_register::<T, _, M>(&mut tallies, exchanged, velocity, x, n, Some(mask));
+            let share = match &shares {
+                Some(shares) => V::D::load(shares.as_ptr()),
+                None => V::D::widen(fractions.as_ptr().add(done)).if_greater(zero, V::D::splat(1.0), zero),
+            };
+            let along = V::D::splat(n.into()) + V::D::load(f64::LANE.as_ptr());
+            for (tallies, exchanged) in tallies.iter_mut().zip([&solids.incoming, &solids.outgoing]) {
+                let [px, py, pz, m] = exchanged;
+                let mut f = [
+                    T::widen::<V::D>(px.as_ptr().add(x)),
+                    T::widen::<V::D>(py.as_ptr().add(x)),
+                    T::widen::<V::D>(pz.as_ptr().add(x)),
+                ];
+                if !M::BY_VOLUME {
+                    let (m, u) = (T::widen::<V::D>(m.as_ptr().add(x)), velocity.lanes::<V::D>(n));
+                    f = [f[0] - u[0] * m, f[1] - u[1] * m, f[2] - u[2] * m];
+                }
+                f = [share * f[0], share * f[1], share * f[2]];
+                let all = [f[0], f[1], f[2], along * f[1], along * f[2]];
+                for k in 0..5 {
+                    tallies[k] = tallies[k].tally(all[k]);
+                }
             }
         }
-        let [fx, fy, fz, ly, lz] = tallies;
-        others[way] = V::D::totals([fx, fy, fz, ly]);
-        z_levers[way] = lz;
     }
-    let z_levers = V::D::totals([z_levers[0], z_levers[1], zero, zero]);
+    let lanes = count.next_multiple_of(V::D::WIDTH) as i64;
+    let offset = (FIXED_MAGIC.to_bits() as i64).wrapping_mul(lanes);
+    let z_levers = V::D::totals([tallies[0][4], tallies[1][4], zero, zero]);
     let mut sums = [ExchangeSum::default(); 2];
     for way in 0..2 {
-        let ([fx, fy, fz, ly], lz) = (others[way], z_levers[way]);
+        let [fx, fy, fz, ly, _] = tallies[way];
+        let [fx, fy, fz, ly] = V::D::totals([fx, fy, fz, ly]);
         let force = [fx.wrapping_sub(offset), fy.wrapping_sub(offset), fz.wrapping_sub(offset)];
-        let (ly, lz) = (ly.wrapping_sub(offset), lz.wrapping_sub(offset));
+        let (ly, lz) = (ly.wrapping_sub(offset), z_levers[way].wrapping_sub(offset));
         sums[way] = ExchangeSum::of_row(force, ly, lz, ny.into(), nz.into());
     }
     sums
-}
-
-/// Adds the register of cells at `x`, whose first has offset `n` in x, to sums of `F`, `n_x F_y` and `n_x F_z`; of the cells of
-/// the mask if there is one.
-///
-/// # Safety
-/// The arrays of the row have `WIDTH` numbers from `x` on.
-#[inline(always)]
-unsafe fn add_register<T: Real, D: Tally, M: SolidModel>(
-    sums: &mut [D; 5],
-    [px, py, pz, m]: &[Vec<T>; 4],
-    velocity: &RowVelocity<f64>,
-    x: usize,
-    n: i32,
-    mask: Option<D>,
-) {
-    // SAFETY: there are more lanes than in a register.
-    let along = unsafe { D::splat(n.into()) + D::load(f64::LANE.as_ptr()) };
-    // SAFETY: promised by the caller.
-    let at = |p: &Vec<T>| unsafe { p.as_ptr().add(x) };
-    // SAFETY: as above.
-    let mut f = unsafe { [T::widen::<D>(at(px)), T::widen::<D>(at(py)), T::widen::<D>(at(pz))] };
-    if !M::BY_VOLUME {
-        // SAFETY: as above.
-        let (m, u) = (unsafe { T::widen::<D>(at(m)) }, velocity.lanes::<D>(n));
-        f = [f[0] - u[0] * m, f[1] - u[1] * m, f[2] - u[2] * m];
-    }
-    if let Some(mask) = mask {
-        f = [f[0].masked(mask), f[1].masked(mask), f[2].masked(mask)];
-    }
-    let all = [f[0], f[1], f[2], along * f[1], along * f[2]];
-    for k in 0..5 {
-        sums[k] = sums[k].tally(all[k]);
-    }
-}
-
-/// The same, by its share in each cell.
-fn received_of_shared<T: Real>(
-    exchanged: &[Vec<T>; 4],
-    segment: &Segment,
-    cut: &[f32],
-    solids: &SolidRow<T>,
-) -> ExchangeSum {
-    let ([px, py, pz, _], [nx, ny, nz]) = (exchanged, segment.offset.map(i64::from));
-    let mut sum = ExchangeSum::default();
-    for k in 0..usize::from(segment.count) {
-        let x = segment.x as usize + k;
-        let share = solids.share(x, segment.fraction(cut, k));
-        // Where nothing is covered the sweep wrote nothing, and there may be no number.
-        if share > 0.0 {
-            let [fx, fy, fz] = [px, py, pz].map(|p| share * p[x].into());
-            sum.add(&ExchangeSum::of_cell([fx, fy, fz, 0.0], [0.0; 3], [nx + k as i64, ny, nz]), 1);
-        }
-    }
-    sum
-}
-
-/// All bits of the first `count` of eight lanes, and none of the others, which belong to other segments or to nothing.
-#[inline(always)]
-fn first_lanes(count: usize) -> *const f64 {
-    static FIRST: [u64; 2 * GROUP] = {
-        let mut mask = [0; 2 * GROUP];
-        let mut k = 0;
-        while k < GROUP {
-            mask[k] = !0;
-            k += 1;
-        }
-        mask
-    };
-    FIRST[GROUP - if count < GROUP { count } else { GROUP }..].as_ptr().cast()
 }
 
 #[cfg(test)]
@@ -498,46 +314,32 @@ mod tests {
         }
     }
 
-    #[test]
-    fn segments_are_sorted_by_row_and_cell_and_keep_their_order_where_they_overlap() {
-        let segment = |body: u32, x: u32, count: u16| Segment { body, x, count, ..Segment::default() };
-        let mut segments = RowSegments::default();
-        assert!(segments.row(1).is_empty());
-        let added = [
-            (2, segment(0, 5, 6)),
-            (0, segment(1, 0, 1)),
-            (2, segment(2, 11, 2)),
-            (2, segment(3, 3, 3)),
-            (1, segment(4, 0, 1)),
-            (2, segment(5, 0, 3)),
-        ];
-        for _ in 0..2 {
-            segments.sort(4, &added, Vec::new());
-            let bodies = |row| segments.row(row).iter().map(|s| (s.body, s.together)).collect::<Vec<_>>();
-            assert_eq!([bodies(0), bodies(1), bodies(3)], [vec![(1, 0)], vec![(4, 0)], vec![]]);
-            // The first two share a cell; added in this order.
-            assert_eq!(bodies(2), [(5, 0), (0, 2), (3, 2), (2, 0)]);
-            assert_eq!(segments.count().cells, 16);
-        }
-    }
-
     /// The slow truth: cell by cell.
     #[test]
-    fn momentum_along_a_segment_adds_up_to_that_of_its_cells() {
+    fn momentum_along_a_row_adds_up_to_that_of_the_cells_of_each_body() {
         let values =
             |from: f64| -> Vec<f32> { (0..64).map(|k| (from + 0.1 * f64::from(k)).sin() as f32).collect() };
-        let mut solids = SolidRow::<f32>::new(3);
-        solids.incoming = [values(0.0), values(1.0), values(2.0), values(3.0)];
         let motion =
             RigidMotion { velocity: [0.1, -0.2, 0.3], angular: [0.01, 0.02, -0.03], centre: [0.2; 3] };
-        for count in [1, 7, 8, 9, 16, 21] {
-            let segment = Segment { x: 5, count, offset: [-3, 2, 4], ..Segment::default() };
-            let velocity = motion.row(&segment);
+        for (count, other) in [1, 7, 8, 9, 16, 21].into_iter().flat_map(|count| [(count, 30), (count, 9)]) {
+            let mut solids = SolidRow::<f32>::new(3);
+            solids.reserve(2);
+            for (x, count, part) in [(5, count, 0.75), (other, 6, 0.25)] {
+                let cut = vec![part; count + GROUP];
+                let segment =
+                    Segment { x: x as u32, count: count as u16, head: count as u16, ..Segment::default() };
+                let velocity = motion.row([-8, 2, 4]).to();
+                solids.add_segment::<Saturated, Single>(&segment, &cut, [-8, 2, 4], &velocity);
+            }
+            solids.incoming = [values(0.0), values(1.0), values(2.0), values(3.0)];
+            let all = solids.incoming.clone();
             let sum = |m: bool| {
-                (0..i64::from(count)).fold(ExchangeSum::default(), |mut sum, k| {
-                    let p = solids.incoming.each_ref().map(|p| p[5 + k as usize].into());
+                (0..count).fold(ExchangeSum::default(), |mut sum, k| {
+                    let x = 5 + k;
+                    let share = if !m && (other..other + 6).contains(&x) { 0.75 } else { 1.0 };
+                    let p = all.each_ref().map(|p| share * f64::from(p[x]));
                     let p = if m { p } else { [p[0], p[1], p[2], 0.0] };
-                    let n = [k - 3, 2, 4];
+                    let n = [x as i64 - 8, 2, 4];
                     sum.add(&ExchangeSum::of_cell(p, motion.at(n), n), 1);
                     sum
                 })
@@ -547,8 +349,15 @@ mod tests {
                 let pairs = a.force.into_iter().chain(a.moment).zip(b.force.into_iter().chain(b.moment));
                 pairs.for_each(|(a, b)| assert!(from_fixed(a - b).abs() < 1e-5, "{a} {b}"));
             };
-            near(received::<f32, Single, Saturated>(&solids, &segment, &velocity), sum(false));
-            near(received::<f32, Single, Homogenised>(&solids, &segment, &velocity), sum(true));
+            let cover = solids.covers[0];
+            let velocity = motion.row(cover.offset);
+            near(received::<f32, Single, Homogenised>(&solids, &cover, &velocity), sum(true));
+            // By volume the sweep leaves zeros where nothing is covered.
+            let covered = |x: usize| (5..5 + count).contains(&x) || (other..other + 6).contains(&x);
+            for p in &mut solids.incoming {
+                (0..64).filter(|x| !covered(*x)).for_each(|x| p[x] = 0.0);
+            }
+            near(received::<f32, Single, Saturated>(&solids, &cover, &velocity), sum(false));
         }
     }
 }

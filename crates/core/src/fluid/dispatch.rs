@@ -5,8 +5,9 @@ use super::kernel::{Measured, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
 use super::population::{F16, Population, PopulationLanes};
-use super::simd::{Lanes, Single, Tally};
-use super::solid::{CHUNK, SolidModel, SolidRow};
+use super::simd::{Choose, Lanes, Registers, Single, Tally};
+use super::solid::{CHUNK, SolidModel};
+use super::solid_row::SolidRow;
 use super::walls::Walls;
 use super::{Flow, Fluid, SPEED_LIMIT, Simd};
 use crate::lattice::{C, Q};
@@ -23,6 +24,13 @@ pub trait Real: Pod + Send + Sync + PartialOrd + From<f32> + Into<f64> + Lanes<S
     const LANE: [Self; CHUNK];
     /// Rounds.
     fn from_f64(x: f64) -> Self;
+    #[doc(hidden)]
+    /// Registers of this type.
+    type In<V: Registers>: Choose<Self>;
+    #[doc(hidden)]
+    /// # Safety
+    /// As many numbers as a register of this type holds can be read at `p`.
+    unsafe fn load_f32<V: Registers>(p: *const f32) -> Self::In<V>;
     #[doc(hidden)]
     /// # Safety
     /// As many numbers as a register holds can be read at `p`.
@@ -44,8 +52,8 @@ pub struct Sweep<'a, 'b, S: Population, M> {
 /// [`BlockSolids::fill`], [`BlockSolids::collect`] and [`Walls::bounce_row`], compiled for an instruction set and apart from the
 /// sweep, so that they do not compete for registers.
 type RowFunctions<'a, S, T, M> = (
-    unsafe fn(&BlockSolids<'a, M>, usize, &mut SolidRow<T>),
-    unsafe fn(&mut BlockSolids<'a, M>, usize, &SolidRow<T>),
+    unsafe fn(&BlockSolids<'a, M>, usize, usize, &mut SolidRow<T>),
+    unsafe fn(&mut BlockSolids<'a, M>, &SolidRow<T>),
     unsafe fn(&Walls<S>, AaPhase, &mut [S], [usize; 2]),
 );
 
@@ -79,10 +87,10 @@ unsafe fn sweep_block<
                 continue;
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
-            let covered = !solids.segments.row(y + ny * z).is_empty();
+            let covered = solids.reach(y + ny * z);
             if covered {
                 // SAFETY: promised by the caller.
-                unsafe { fill(solids, y + ny * z, &mut fluid.solid_row) };
+                unsafe { fill(solids, y + ny * z, nx, &mut fluid.solid_row) };
             }
             if let Some(walls) = walls {
                 walls.each(|cells| fluid.solid_row.clear_fractions(cells));
@@ -117,7 +125,7 @@ unsafe fn sweep_block<
             }
             if covered {
                 // SAFETY: promised by the caller.
-                unsafe { collect(solids, y + ny * z, solid) };
+                unsafe { collect(solids, solid) };
                 solid.clear();
             }
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
@@ -247,14 +255,14 @@ macro_rules! compiled_for {
     ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident, $bounce:ident] $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
-        fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, data: &mut SolidRow<$t>) {
-            solids.fill::<$t, $lanes>(row, data);
+        fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, nx: usize, data: &mut SolidRow<$t>) {
+            solids.fill::<$t, $registers>(row, nx, data);
         }
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
-        fn $collect<M: SolidModel>(solids: &mut BlockSolids<M>, row: usize, data: &SolidRow<$t>) {
+        fn $collect<M: SolidModel>(solids: &mut BlockSolids<M>, data: &SolidRow<$t>) {
             // SAFETY: the registers need the same instructions as this function.
-            unsafe { solids.collect::<$t, $registers>(row, data) };
+            unsafe { solids.collect::<$t, $registers>(data) };
         }
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
@@ -267,11 +275,11 @@ macro_rules! compiled_for {
             unsafe { sweep_block::<$s, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce)) };
         }
     };
-    ($s:ty, $lanes:ty, $measure:ident $(, $feature:literal)?) => {
+    ($s:ty, $lanes:ty, $registers:ty, $measure:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         fn $measure<M: SolidModel>(fluid: &Fluid<$s>, a: [f64; 3], solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
-            // SAFETY: `$lanes` needs the same instructions as this function.
-            unsafe { measure_block::<$s, $lanes, M>(fluid, a, solids) }
+            // SAFETY: `$lanes` and `$registers` need the same instructions as this function.
+            unsafe { measure_block::<$s, $lanes, $registers, M>(fluid, a, solids) }
         }
     };
 }
@@ -293,8 +301,14 @@ macro_rules! call {
 }
 
 macro_rules! real {
-    ($t:ty, |$p:ident| $widen:expr) => {
+    ($t:ty, $in:ident $from:ident, |$p:ident| $widen:expr) => {
         impl Real for $t {
+            type In<V: Registers> = V::$in;
+            #[inline(always)]
+            unsafe fn load_f32<V: Registers>(p: *const f32) -> Self::In<V> {
+                // SAFETY: promised by the caller.
+                unsafe { V::$in::$from(p) }
+            }
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const LANE: [Self; CHUNK] =
@@ -313,8 +327,8 @@ macro_rules! real {
         }
     };
 }
-real!(f32, |p| D::widen(p));
-real!(f64, |p| D::load(p));
+real!(f32, F load, |p| D::widen(p));
+real!(f64, D widen, |p| D::load(p));
 
 macro_rules! population {
     ($s:ty as $t:ty: $is_converted:literal, $sse2:ident, $avx2:ident, $avx512:ident, |$stored:ident| $read:expr, |$g:ident| $round:expr,
@@ -388,13 +402,13 @@ macro_rules! population {
                 a: [f64; 3],
                 solids: &BlockSolids<M>,
             ) -> (Flow, [i128; 6]) {
-                compiled_for!($s, $t, scalar);
+                compiled_for!($s, $t, Single, scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
-                    use super::simd::{$avx2, $avx512, $sse2};
-                    compiled_for!($s, $sse2, sse2, "fma,f16c");
-                    compiled_for!($s, $avx2, avx2, "avx2,fma,f16c");
-                    compiled_for!($s, $avx512, avx512, "avx512f");
+                    use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
+                    compiled_for!($s, $sse2, Narrow, sse2, "fma,f16c");
+                    compiled_for!($s, $avx2, Wide, avx2, "avx2,fma,f16c");
+                    compiled_for!($s, $avx512, Wide, avx512, "avx512f");
                     call!(
                         fluid.params.simd,
                         [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, a, solids)

@@ -15,7 +15,8 @@
 use super::Real;
 use super::population::{Population, PopulationLanes};
 use super::simd::{Lanes, prefetch};
-use super::solid::{CHUNK, SolidModel, SolidRow};
+use super::solid::{CHUNK, SolidModel};
+use super::solid_row::SolidRow;
 use crate::lattice::Q;
 use std::ops::Range;
 

@@ -18,8 +18,9 @@ use super::bodies::BlockSolids;
 use super::dispatch::{observe_row, row_of};
 use super::kernel::{Measured, Moments, Row, moments, put};
 use super::population::{Population, PopulationLanes};
-use super::simd::Lanes;
-use super::solid::{CHUNK, Covered, Measure, SolidModel, SolidRow};
+use super::simd::{Lanes, Registers};
+use super::solid::{CHUNK, Covered, Measure, SolidModel};
+use super::solid_row::SolidRow;
 use super::{Flow, Fluid, Real};
 use crate::lattice::Q;
 use crate::math::to_fixed;
@@ -28,9 +29,9 @@ use crate::math::to_fixed;
 /// sums of fixed-point numbers.
 ///
 /// # Safety
-/// The function that this is inlined into is compiled for the instructions of `R`, and the processor has them.
+/// The function that this is inlined into is compiled for the instructions of `R` and `V`, and the processor has them.
 #[inline(always)]
-pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, M: SolidModel>(
+pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, V: Registers, M: SolidModel>(
     fluid: &Fluid<S>,
     acceleration: [f64; 3],
     solids: &BlockSolids<M>,
@@ -45,7 +46,7 @@ pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, M: Soli
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
-        solids.fill::<S::Number, R>(y + ny * z, &mut solid);
+        solids.fill::<S::Number, V>(y + ny * z, nx, &mut solid);
         if let Some(walls) = walls {
             walls.each(|cells| solid.clear_fractions(cells));
         }
@@ -67,42 +68,31 @@ pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, M: Soli
                 *sum -= i128::from(to_fixed(reflected[x].into()));
             }
         }
-        add_moments(solids, y + ny * z, &solid, &mut stresslet);
+        add_moments(solids, &solid, &mut stresslet);
     }
     (flow, stresslet)
 }
 
 /// Adds the moments of `g` in a row about the centres of its bodies.
-fn add_moments<T: Real, M: SolidModel>(
-    solids: &BlockSolids<M>,
-    row: usize,
-    solid: &SolidRow<T>,
-    sums: &mut [i128; 6],
-) {
-    for segment in solids.segments.row(row) {
-        let centre = solids.bodies[segment.body as usize].motion.centre;
-        let (n, cut) = (segment.offset.map(f64::from), solids.segments.cut(segment));
+fn add_moments<T: Real, M: SolidModel>(solids: &BlockSolids<M>, solid: &SolidRow<T>, sums: &mut [i128; 6]) {
+    solid.each_covered(|cover, x, _, share| {
+        let centre = solids.bodies[cover.body as usize].motion.centre;
+        let n = cover.offset.map(f64::from);
         let [ry, rz] = [n[1] - centre[1], n[2] - centre[2]];
-        for k in 0..usize::from(segment.count) {
-            let (x, phi) = (segment.x as usize + k, segment.fraction(cut, k));
-            if phi > 0.0 {
-                let share = if segment.together > 0 { solid.share(x, phi) } else { 1.0 };
-                let [fx, fy, fz] = [0, 1, 2].map(|axis| share * solid.incoming[axis][x].into());
-                let rx = (n[0] + k as f64) - centre[0];
-                let moments = [
-                    rx * fx,
-                    ry * fy,
-                    rz * fz,
-                    0.5 * (rx * fy + ry * fx),
-                    0.5 * (rx * fz + rz * fx),
-                    0.5 * (ry * fz + rz * fy),
-                ];
-                for (sum, moment) in sums.iter_mut().zip(moments) {
-                    *sum += i128::from(to_fixed(moment));
-                }
-            }
+        let [fx, fy, fz] = [0, 1, 2].map(|axis| share * solid.incoming[axis][x].into());
+        let rx = (n[0] + x as f64) - centre[0];
+        let moments = [
+            rx * fx,
+            ry * fy,
+            rz * fz,
+            0.5 * (rx * fy + ry * fx),
+            0.5 * (rx * fz + rz * fx),
+            0.5 * (ry * fz + rz * fy),
+        ];
+        for (sum, moment) in sums.iter_mut().zip(moments) {
+            *sum += i128::from(to_fixed(moment));
         }
-    }
+    });
 }
 
 /// Flux of momentum minus that of equilibrium: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.

@@ -2,7 +2,9 @@
 
 use super::bodies::{BlockSolids, Body};
 use super::buffer::Buffer;
-use super::solid::{SolidModel, SolidRow};
+use super::simd::Single;
+use super::solid::SolidModel;
+use super::solid_row::SolidRow;
 use super::{Flow, Fluid, Population, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
@@ -46,7 +48,7 @@ impl<S: Population> Fluid<S> {
         let (model, t) = (solids.model, self.relaxation_times[0] - 0.5);
         for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
             row.clear();
-            solids.fill::<S::Number, S::Number>(y + self.layout.size[1] * z, &mut row);
+            solids.fill::<S::Number, Single>(y + self.layout.size[1] * z, self.layout.size[0], &mut row);
             for x in x0..x1 {
                 if let Some(motion) = self.walls.of([x, y, z]) {
                     let cell = [x, y, z];
@@ -76,18 +78,18 @@ impl<S: Population> Fluid<S> {
         solids: &BlockSolids<M>,
         mut visit: impl FnMut(&Body, [i64; 3], f64, [f64; 3]),
     ) {
-        let [_, ny, nz] = self.layout.size;
+        let [nx, ny, nz] = self.layout.size;
+        let mut row = SolidRow::<S::Number>::new(self.layout.chunks_per_row());
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-            for segment in solids.segments.row(y + ny * z) {
-                let (cut, [first, n, m]) = (solids.segments.cut(segment), segment.offset.map(i64::from));
-                for k in 0..usize::from(segment.count) {
-                    let (cell, part) = ([segment.x as usize + k, y, z], segment.fraction(cut, k));
-                    if self.walls.of(cell).is_none() {
-                        let body = &solids.bodies[segment.body as usize];
-                        visit(body, [first + k as i64, n, m], part.into(), self.moments(cell).1);
-                    }
+            row.clear();
+            solids.fill::<S::Number, Single>(y + ny * z, nx, &mut row);
+            row.each_covered(|cover, x, part, _| {
+                if self.walls.of([x, y, z]).is_none() {
+                    let [first, n, m] = cover.offset.map(i64::from);
+                    let (body, u) = (&solids.bodies[cover.body as usize], self.moments([x, y, z]).1);
+                    visit(body, [first + x as i64, n, m], part.into(), u);
                 }
-            }
+            });
         }
     }
 

@@ -35,7 +35,7 @@ pub trait Lanes<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output 
 }
 
 /// Registers in which lanes can be chosen by comparison: for geometry.
-pub(crate) trait Choose<T>: Lanes<T> {
+pub trait Choose<T>: Lanes<T> {
     /// `self / other`.
     fn over(self, other: Self) -> Self;
     /// The square root.
@@ -56,8 +56,6 @@ pub trait Tally: Lanes<f64> {
     /// # Safety
     /// `WIDTH` numbers can be read at `p`.
     unsafe fn widen(p: *const f32) -> Self;
-    /// Keeps the bits of the mask.
-    fn masked(self, mask: Self) -> Self;
     /// Adds the fixed-point number of `x`, and the bits of [`FIXED_MAGIC`], lane by lane.
     fn tally(self, x: Self) -> Self;
     /// Sums of the integers in all lanes of each, wrapping.
@@ -65,7 +63,7 @@ pub trait Tally: Lanes<f64> {
 }
 
 /// Registers of both precisions of one instruction set.
-pub(crate) trait Registers {
+pub trait Registers {
     type F: Choose<f32>;
     type D: Choose<f64> + Tally;
 }
@@ -75,10 +73,6 @@ impl Tally for f64 {
     unsafe fn widen(p: *const f32) -> Self {
         // SAFETY: promised by the caller.
         unsafe { (*p).into() }
-    }
-    #[inline(always)]
-    fn masked(self, mask: Self) -> Self {
-        Self::from_bits(self.to_bits() & mask.to_bits())
     }
     #[inline(always)]
     fn tally(self, x: Self) -> Self {
@@ -293,18 +287,13 @@ mod x86 {
     }
 
     macro_rules! tally {
-        ($($name:ident: $and:ident $add:ident $to_integers:ident $to_numbers:ident $low:ident $high:ident $put:ident
+        ($($name:ident: $add:ident $to_integers:ident $to_numbers:ident $low:ident $high:ident $put:ident
            |$p:ident| $widen:expr;)*) => {$(
             impl Tally for $name {
                 #[inline(always)]
                 unsafe fn widen($p: *const f32) -> Self {
                     // SAFETY: promised by the caller.
                     Self(unsafe { $widen })
-                }
-                #[inline(always)]
-                fn masked(self, mask: Self) -> Self {
-                    // SAFETY: the type exists only where its instruction set is enabled.
-                    Self(unsafe { $and(self.0, mask.0) })
                 }
                 #[inline(always)]
                 fn tally(self, x: Self) -> Self {
@@ -357,10 +346,10 @@ mod x86 {
     }
 
     tally! {
-        F64x2: _mm_and_pd _mm_add_epi64 _mm_castpd_si128 _mm_castsi128_pd
+        F64x2: _mm_add_epi64 _mm_castpd_si128 _mm_castsi128_pd
             _mm_unpacklo_epi64 _mm_unpackhi_epi64 put_narrow
             |p| _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(p.cast())));
-        F64x4: _mm256_and_pd _mm256_add_epi64 _mm256_castpd_si256 _mm256_castsi256_pd
+        F64x4: _mm256_add_epi64 _mm256_castpd_si256 _mm256_castsi256_pd
             _mm256_unpacklo_epi64 _mm256_unpackhi_epi64 put_wide
             |p| _mm256_cvtps_pd(_mm_loadu_ps(p));
     }

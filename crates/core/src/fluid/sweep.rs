@@ -2,7 +2,9 @@
 
 use super::device::DeviceSweep;
 use super::device::options;
-use super::{BlockSolids, Collision, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch};
+use super::{
+    BlockSolids, Collision, CoverCount, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch,
+};
 use crate::device::{Device, KernelCost};
 use crate::error::{Error, Result};
 use crate::lattice::{C, Q};
@@ -64,6 +66,7 @@ impl<S: Population> Fluid<S> {
         measure: bool,
     ) -> Option<Flow> {
         let (mut flow, entered) = (measure.then(Flow::default), self.phase.next());
+        self.solid_row.count = CoverCount::default();
         match &mut self.device {
             SweepDevice::Device(device) => {
                 let row = dispatch::parameters_of(self.relaxation_times, acceleration);
@@ -81,6 +84,11 @@ impl<S: Population> Fluid<S> {
         }
         self.phase = entered;
         flow
+    }
+
+    /// Cells that bodies covered in the last sweep of the processor.
+    pub(crate) fn cover_count(&self) -> CoverCount {
+        self.solid_row.count
     }
 
     fn sweep_part<M: SolidModel>(

@@ -1,5 +1,6 @@
 //! The physics of the fluid, on every precision, instruction set and decomposition.
 
+use super::simd::Single;
 use super::*;
 use crate::comm::on_threads;
 use crate::coupling::tests::COUPLINGS;
@@ -185,7 +186,13 @@ fn with_cubes<M: SolidModel, R>(
     }
     let mut segments = RowSegments::default();
     segments.sort(block.size()[1] * block.size()[2], &added, cut);
-    work(&mut BlockSolids { segments: &segments, bodies: &mut bodies, model, images: None })
+    work(&mut BlockSolids {
+        segments: &segments,
+        spheres: &SphereRows::default(),
+        bodies: &mut bodies,
+        model,
+        images: None,
+    })
 }
 
 fn sweep_cubes<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3], method: Method) {
@@ -326,7 +333,7 @@ fn solids_of<M: SolidModel>(
 ) -> Vec<(f64, f64, [f64; 3])> {
     let of = |&[x, y, z]: &[usize; 3]| {
         let mut row = SolidRow::<f64>::new(nx.div_ceil(CHUNK));
-        solids.fill::<f64, f64>(y + ny * z, &mut row);
+        solids.fill::<f64, Single>(y + ny * z, nx, &mut row);
         row.cell(x)
     };
     all.iter().map(of).collect()

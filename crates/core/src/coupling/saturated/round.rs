@@ -1,38 +1,33 @@
 //! Volume fractions of cells that curved surfaces cut.
 
-use super::volume_fraction::{LEAST, Normal, at_least, behind_plane, curved};
 use crate::coupling::cover::{Intervals, Rows, Surface, load, store};
 use crate::coupling::mapper::{HALF_DIAGONAL, Mapper};
-use crate::fluid::GROUP;
 use crate::fluid::simd::{Choose, Lanes, Registers};
+use crate::fluid::volume_fraction::{LEAST, Normal, at_least, behind_plane, curved};
+use crate::fluid::{GROUP, LatticeSphere, NEAR};
 use crate::math::{Mat3, Vec3};
 
 /// A sphere.
 pub(super) struct SphereSurface<'a> {
     mapper: &'a Mapper,
-    /// Radius (cells).
-    radius: f64,
+    sphere: LatticeSphere,
 }
-
-/// Distances from the centre of a sphere below this count as this (cells): far within, in any direction.
-const NEAR: f32 = 1e-3;
 
 impl<'a> SphereSurface<'a> {
     /// A sphere of this radius (m).
     pub(super) fn new(mapper: &'a Mapper, radius: f64) -> Self {
-        Self { mapper, radius: radius * mapper.per_dx }
+        Self { mapper, sphere: mapper.sphere(radius) }
     }
 }
 
 impl Surface for SphereSurface<'_> {
     #[inline(always)]
     fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
-        let (outer, inner) = (self.radius + HALF_DIAGONAL, self.radius - HALF_DIAGONAL);
-        let inner = if inner > 0.0 { inner * inner } else { -1.0 };
+        let [outer, inner] = self.sphere.squares();
         let mut within = Intervals { outer: [[0.0; GROUP]; 2], inner: [[0.0; GROUP]; 2] };
         for at in (0..GROUP).step_by(V::D::WIDTH) {
             let (y, c) = (load::<f64, V::D>(y, at), |x: f64| V::D::splat(x));
-            for (ends, room) in [(&mut within.outer, outer * outer), (&mut within.inner, inner)] {
+            for (ends, room) in [(&mut within.outer, outer), (&mut within.inner, inner)] {
                 let square = c(room - z * z) - y * y;
                 let half = c(0.0).if_greater(square, c(-1.0), square.max(c(0.0)).sqrt());
                 store(&mut ends[0], at, c(0.0) - half);
@@ -44,18 +39,10 @@ impl Surface for SphereSurface<'_> {
 
     #[inline(always)]
     fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP] {
-        let c = |x: f32| V::F::splat(x);
-        let centre = c(self.mapper.motion.centre[0] as f32);
-        let (square, depth) = (c((y * y + z * z) as f32), c((self.mapper.shift - self.radius) as f32));
-        // The normal is the vector from the centre, as long as it is: no division.
-        let least = c(LEAST * self.radius as f32);
-        let (my, mz) = (at_least(c(y as f32), least), at_least(c(z as f32), least));
+        let row = self.sphere.row(self.mapper.motion.centre[0], [y, z]);
         let mut fractions = [0.0; GROUP];
         for at in (0..GROUP).step_by(V::F::WIDTH) {
-            let x = load::<f32, V::F>(n, at) - centre;
-            let length = (x * x + square).sqrt().max(c(NEAR));
-            let normal = Normal::new([at_least(x, least), my, mz]);
-            store(&mut fractions, at, normal.behind((length + depth) * length));
+            store(&mut fractions, at, row.fractions(load::<f32, V::F>(n, at)));
         }
         fractions
     }

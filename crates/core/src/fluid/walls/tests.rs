@@ -6,7 +6,7 @@ use crate::coupling::{Homogenised, sweep_alone};
 use crate::domain::Decomposition;
 use crate::fluid::{
     BlockSolids, Body, Collision, ExchangeSum, F16, Fluid, FluidParams, RigidMotion, RowSegments, Segment,
-    Simd,
+    Simd, SphereRows,
 };
 use crate::lattice::W;
 use crate::lattice::shifted_equilibrium;
@@ -138,6 +138,7 @@ impl Tangle {
             let mut bodies = [Body { id: 0, reference: [0; 3], motion, exchange: none, departed: none }];
             let mut solid = BlockSolids {
                 segments: &segments,
+                spheres: &SphereRows::default(),
                 bodies: &mut bodies,
                 model: Homogenised { ramp: 0.5 },
                 images: None,

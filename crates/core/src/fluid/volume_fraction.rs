@@ -21,23 +21,23 @@
 use crate::fluid::simd::Choose;
 
 /// Components of a normal below this count as this.
-pub(super) const LEAST: f32 = 1e-4;
+pub(crate) const LEAST: f32 = 1e-4;
 
 /// Volume fraction of cells behind a plane with normal `n`, the signed distance of their centres being `d` (cells).
 #[inline(always)]
-pub(super) fn behind_plane<R: Choose<f32>>(d: R, n: [R; 3]) -> R {
+pub(crate) fn behind_plane<R: Choose<f32>>(d: R, n: [R; 3]) -> R {
     Normal::unit(n).behind(d)
 }
 
 /// The size of a component of a normal, at least so large.
 #[inline(always)]
-pub(super) fn at_least<R: Choose<f32>>(x: R, least: R) -> R {
+pub(crate) fn at_least<R: Choose<f32>>(x: R, least: R) -> R {
     x.size().max(least)
 }
 
 /// Properties of the normal of a plane that the volume behind it needs.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Normal<R> {
+pub(crate) struct Normal<R> {
     /// `m_1 <= m_2 <= m_3`, and the square of the first.
     sizes: [R; 3],
     square: R,
@@ -53,7 +53,7 @@ pub(super) struct Normal<R> {
 impl Normal<f32> {
     /// The same for all lanes.
     #[inline(always)]
-    pub(super) fn splat<R: Choose<f32>>(&self) -> Normal<R> {
+    pub(crate) fn splat<R: Choose<f32>>(&self) -> Normal<R> {
         let [m1, m2, m3] = self.sizes;
         Normal {
             sizes: [R::splat(m1), R::splat(m2), R::splat(m3)],
@@ -68,7 +68,7 @@ impl Normal<f32> {
 }
 
 /// Properties of the unit normal `n` of a face that the volume behind it needs, in the form for a device.
-pub(in crate::coupling) fn face_numbers(n: [f32; 3]) -> [f32; 9] {
+pub(crate) fn face_numbers(n: [f32; 3]) -> [f32; 9] {
     let Normal { sizes: [m1, m2, m3], square, half, half_both, both, product, divisor } =
         Normal::<f32>::unit(n);
     [m1, m2, m3, square, half, half_both, both, product, divisor]
@@ -77,14 +77,14 @@ pub(in crate::coupling) fn face_numbers(n: [f32; 3]) -> [f32; 9] {
 impl<R: Choose<f32>> Normal<R> {
     /// The unit vector `n`.
     #[inline(always)]
-    pub(super) fn unit(n: [R; 3]) -> Self {
+    pub(crate) fn unit(n: [R; 3]) -> Self {
         let least = R::splat(LEAST);
         Self::new([at_least(n[0], least), at_least(n[1], least), at_least(n[2], least)])
     }
 
     /// From the sizes of the components; it may have any length if distances are multiplied by it.
     #[inline(always)]
-    pub(super) fn new(m: [R; 3]) -> Self {
+    pub(crate) fn new(m: [R; 3]) -> Self {
         let (low, high) = (m[0].min(m[1]), m[0].max(m[1]));
         let (m1, rest, m3) = (low.min(m[2]), low.max(m[2]), high.max(m[2]));
         let m2 = high.min(rest);
@@ -102,7 +102,7 @@ impl<R: Choose<f32>> Normal<R> {
 
     /// Volume fraction of cells behind the plane at the signed distance `d` of their centres.
     #[inline(always)]
-    pub(super) fn behind(&self, d: R) -> R {
+    pub(crate) fn behind(&self, d: R) -> R {
         let (c, [m1, m2, m3]) = (|x: f32| R::splat(x), self.sizes);
         let cube = |x: R| {
             let x = x.max(c(0.0));
@@ -121,13 +121,13 @@ impl<R: Choose<f32>> Normal<R> {
 
 /// Distance (cells) by which a surface with this sum of principal curvatures (1 / cells) is moved in.
 #[inline(always)]
-pub(super) fn curved(curvature: f64) -> f64 {
+pub(crate) fn curved(curvature: f64) -> f64 {
     curvature / 24.0
 }
 
 /// Volume fraction behind two planes whose normals have the cosine `c`.
 #[inline(always)]
-pub(super) fn behind_both<R: Choose<f32>>(v: R, w: R, c: R) -> R {
+pub(crate) fn behind_both<R: Choose<f32>>(v: R, w: R, c: R) -> R {
     let (zero, both) = (R::splat(0.0), v * w);
     let other = c.if_greater(zero, v.min(w), (v + w - R::splat(1.0)).max(zero));
     both + c.size() * (other - both)
