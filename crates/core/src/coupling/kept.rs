@@ -1,8 +1,10 @@
 //! Spheres whose cells the sweep finds: their periodic images and the rows that these may reach, kept while spheres move little.
 
+use super::mapper::images_within;
 use super::shift_of_reference;
 use crate::domain::{Block, Domain};
 use crate::fluid::{Body, HALF_DIAGONAL, LatticeSphere, SphereImage, SphereRows};
+use crate::math::{ceil, floor};
 
 /// Distance (cells) that a sphere may move before its rows are listed anew. What is listed changes no bit: rows that a sphere does not
 /// reach are passed over.
@@ -106,22 +108,12 @@ fn images_of(
     domain: &Domain,
     block: Block,
 ) -> Vec<SphereImage> {
-    let reach = sphere.radius + HALF_DIAGONAL + SKIN;
-    let along = |a: usize| {
-        let shifts = if domain.is_periodic(a) { -1..=1 } else { 0..=0 };
-        shifts.filter_map(move |shift: i64| {
-            let base = body.reference[a] + shift * domain.cells[a] as i64 - block.lo[a] as i64;
-            let at = base as f64 + body.motion.centre[a];
-            let last = (block.hi[a] - block.lo[a]) as f64 - 1.0;
-            (at + reach >= 0.0 && at - reach <= last).then_some(base as i32)
-        })
-    };
-    let mut images = Vec::new();
-    for z in along(2) {
-        for y in along(1) {
-            images.extend(along(0).map(|x| SphereImage { body: index, sphere, base: [x, y, z] }));
-        }
-    }
+    let (reach, centre) = (sphere.radius + HALF_DIAGONAL + SKIN, body.motion.centre);
+    let [first, last] = [centre.map(|x| ceil(x - reach)), centre.map(|x| floor(x + reach))];
+    let (within, mut images) = ([first, last].map(|ends| ends.map(i64::from)), Vec::new());
+    images_within(within, domain, block, body.reference, index, |image| {
+        images.push(SphereImage { body: index, sphere, base: image.base.map(|n| n as i32) });
+    });
     images
 }
 

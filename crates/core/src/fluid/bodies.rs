@@ -7,7 +7,7 @@
 use super::Real;
 use super::segments::{RowSegments, Segment};
 use super::simd::{Choose, Lanes, Registers, Tally};
-use super::solid::{GROUP, SolidModel};
+use super::solid::SolidModel;
 use super::solid_row::{RowCover, SolidRow};
 use super::spheres::SphereRows;
 use crate::math::{FIXED_MAGIC, to_fixed};
@@ -120,18 +120,6 @@ impl RowVelocity<f64> {
 }
 
 impl<T: Real> RowVelocity<T> {
-    /// Velocities in a group of cells whose first has offset `n` in x, as [`lanes`](Self::lanes).
-    #[inline(always)]
-    pub(super) fn group(&self, n: i32) -> [[T; GROUP]; 3] {
-        let ([ux, uy, uz], [sy, sz]) = (self.constant, self.slope);
-        let (first, mut u) = (T::from_f64(n.into()), [[ux; GROUP]; 3]);
-        for k in 0..GROUP {
-            let x = (first + T::LANE[k]) - self.centre;
-            (u[1][k], u[2][k]) = (uy + sy * x, uz + sz * x);
-        }
-        u
-    }
-
     /// Velocities in the register of cells whose first has offset `n` in x.
     #[inline(always)]
     pub(super) fn lanes<R: Lanes<T>>(&self, n: i32) -> [R; 3] {
@@ -298,6 +286,7 @@ fn received<T: Real, V: Registers, M: SolidModel>(
 #[cfg(test)]
 mod tests {
     use super::super::simd::Single;
+    use super::super::solid::GROUP;
     use super::*;
     use crate::coupling::{Homogenised, Saturated};
     use crate::math::from_fixed;

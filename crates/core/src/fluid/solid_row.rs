@@ -107,12 +107,11 @@ impl<T: Real> SolidRow<T> {
         }
     }
 
-    /// Adds a body with cells from `x` on, whose [groups](Self::add_group) follow; returns true if no other is near.
+    /// Adds a body with cells from `x` on, whose [groups](Self::add_group) and the zeros after them follow; returns true if no other is near.
     #[inline(always)]
     fn add(&mut self, body: u32, offset: [i32; 3], x: usize, count: usize) -> bool {
-        let (fractions, after) = (self.filled, self.filled + count.next_multiple_of(GROUP));
-        put_group(&mut self.fractions, after, [0.0; GROUP]);
-        self.filled = after + GROUP;
+        let fractions = self.filled;
+        self.filled += count.next_multiple_of(GROUP) + GROUP;
         self.covers.push(RowCover { body, offset, x, count, fractions });
         let (first, last) = (x / GROUP, (x + count - 1) / GROUP);
         // The last group may reach over the last cell.
@@ -143,6 +142,7 @@ impl<T: Real> SolidRow<T> {
             put_group(&mut self.fractions, to + done, phi);
             self.add_group::<M, V>((n - offset[0]) as usize, n, &phi, velocity, alone);
         }
+        put_group(&mut self.fractions, to + count.next_multiple_of(GROUP), [0.0; GROUP]);
     }
 
     /// Adds a body with the cells of a segment, the fractions of those that its surface cuts being `cut`.
@@ -224,22 +224,23 @@ impl<T: Real> SolidRow<T> {
                 // SAFETY: a register fits into the group from `lane` on.
                 unsafe { others[lane / T::In::<V>::WIDTH].store(of_others.as_mut_ptr().add(lane)) };
             }
-            self.share_group::<M>(x, phi, &of_others, &velocity.group(n));
+            self.share_group::<M>(x, n, phi, &of_others, velocity);
         }
     }
 
-    /// Adds a body that moves with `u` to those cells of a group that others cover, too.
+    /// Adds a body to those cells of a group that others cover, too.
     #[cold]
     fn share_group<M: SolidModel>(
         &mut self,
         x: usize,
+        n: i32,
         phi: &[f32; GROUP],
         others: &[T; GROUP],
-        u: &[[T; GROUP]; 3],
+        velocity: &RowVelocity<T>,
     ) {
         for k in (0..GROUP).filter(|&k| others[k] > T::ZERO && phi[k] > 0.0) {
             self.present[(x + k) / GROUP] |= 2;
-            self.share_cell::<M>(x + k, phi[k].into(), u.map(|u| u[k]));
+            self.share_cell::<M>(x + k, phi[k].into(), velocity.lanes(n + k as i32));
         }
     }
 

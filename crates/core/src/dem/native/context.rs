@@ -174,7 +174,7 @@ impl ContactContext {
         self.local.store.template(particle).material
     }
 
-    /// The motion of one body relative to another, by [`motion`](Self::motion) of both.
+    /// The motion of one body relative to another, by the [velocities](super::velocities::Velocities::at) of both.
     fn relative(&self, [a, b]: [[Vec3; 3]; 2], dt: f64) -> RelativeMotion {
         RelativeMotion {
             velocity: a[0] - b[0],
