@@ -109,7 +109,7 @@ impl Unresolved {
     pub fn saturated() -> Self {
         Self {
             range: 3.0,
-            linear: [0.6, 2.0],
+            linear: [1.6, 2.0],
             curved: 6.0,
             square: 0.85,
             bulging: 1.0,
