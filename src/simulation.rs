@@ -194,6 +194,7 @@ impl FluidSystem {
         }
         if let Some(&number) = setup.plan.devices.iter().cycle().nth(comm.rank()) {
             comm.agree(Device::open(number).and_then(|device| fluid.use_device(&device, &mut coupling)))?;
+            comm.agree(fluid.connect_on_device(comm))?;
         }
         let moving = walls.vary().then_some(walls);
         Ok(Self { fluid, coupling, driving, cells, moving })

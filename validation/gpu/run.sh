@@ -41,15 +41,15 @@ hash_of() {
     sed -n 's/.*"state_hash": "\(.*\)".*/\1/p' "$folder/summary.json"
 }
 
-# Million cell updates per second, with bodies and of the fluid alone, in a row of the table: what, precision, options.
+# Million cell updates per second, with bodies and of the fluid alone, in a row of the table: what, precision, ranks, options.
 speed_of() {
-    what=$1 precision=$2
-    shift 2
-    "$turbid" bench validation/hindered_settling/case.toml --device "$device" --threads 1 --steps 40 --json \
+    what=$1 precision=$2 ranks=$3
+    shift 3
+    "$turbid" bench validation/hindered_settling/case.toml --device "$device" --threads "$ranks" --steps 40 --json \
         --set lattice.cells_per_diameter=18 --set particles.0.volume_fraction=0.3 --set "fluid.precision=$precision" \
         --set "domain.size.diameters=[$edge,$edge,$edge]" "$@" > "$work/bench.json"
     of() { sed -n "s/^ *\"$1\": \([0-9]*\)[.,].*/\1/p" "$work/bench.json" | head -1; }
-    echo "| $what | $precision | $(of mlups) | $(of fluid_only_mlups) |"
+    echo "| $what | $precision | $ranks | $(of mlups) | $(of fluid_only_mlups) |"
 }
 
 {
@@ -81,13 +81,15 @@ speed_of() {
     done
     cells=$((edge * 18))
     echo
-    echo "Million cell updates per second, one rank, $cells x $cells x $cells cells:"
+    echo "Million cell updates per second, $cells x $cells x $cells cells:"
     echo
-    echo "| what | precision | with bodies | fluid alone |"
-    echo "|---|---|---|---|"
-    speed_of "spheres, volume fraction 0.3, 18 cells per diameter" f32
-    speed_of "the same" f64
-    speed_of "cubes of the same volume" f32 --set 'particles.0.shape={ cube = { equivalent_diameter = 1.5e-3 } }'
+    echo "| what | precision | ranks | with bodies | fluid alone |"
+    echo "|---|---|---|---|---|"
+    for ranks in 1 4; do
+        speed_of "spheres, volume fraction 0.3, 18 cells per diameter" f32 $ranks
+        speed_of "the same" f64 $ranks
+        speed_of "cubes of the same volume" f32 $ranks --set 'particles.0.shape={ cube = { equivalent_diameter = 1.5e-3 } }'
+    done
 } > "$out/result.md.part"
 mv "$out/result.md.part" "$out/result.md"
 cat "$out/result.md"

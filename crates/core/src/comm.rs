@@ -244,6 +244,17 @@ impl Comm {
         self.collective(bytes.len(), |transport| transport.gather(bytes)).unwrap_or_default()
     }
 
+    /// Everybody's value, by rank; `None` if ranks are in other processes.
+    pub(crate) fn share<T: Send + Sync + 'static>(&self, value: Arc<T>) -> Option<Vec<Arc<T>>> {
+        let all = match self {
+            Self::Solo => vec![value],
+            Self::Threads(comm) => comm.share(value),
+            #[cfg(feature = "mpi")]
+            Self::Mpi(_) => vec![value],
+        };
+        (all.len() == self.size()).then_some(all)
+    }
+
     /// Sends `messages[i]` to `peers[i]` and returns what `peers[i]` sent here.
     ///
     /// The relation is mutual (if a is a peer of b then b is a peer of a) and `peers` has no duplicate and not this

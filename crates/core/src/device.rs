@@ -103,7 +103,7 @@ trait Commands {
 }
 
 /// An array of a driver.
-type Memory = Box<dyn Any>;
+type Memory = Box<dyn Any + Send + Sync>;
 
 /// A kernel of a driver.
 type Kernel = Box<dyn Any>;

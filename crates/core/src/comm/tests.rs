@@ -25,6 +25,12 @@ fn contract(comm: &Comm) {
             assert_eq!(got, vec![(peer * 16 + rank) as u8; round % 3 * rank]);
         }
     }
+    for round in 0..3 {
+        let shared = comm.share(Arc::new(10 * rank + round));
+        assert_eq!(shared.is_some(), comm.ranks_per_process() == size);
+        let all = shared.map(|all| all.iter().map(|value| **value).collect::<Vec<_>>());
+        assert!(all.is_none_or(|all| all == (0..size).map(|r| 10 * r + round).collect::<Vec<_>>()));
+    }
     let everybody: Vec<usize> = (0..size).collect();
     // The longest are too long for MPI to send before the receiver is ready.
     let lengths: Vec<usize> =

@@ -17,7 +17,7 @@ use std::time::Duration;
 const POLLS: u32 = 2000;
 const YIELDS: u32 = 200;
 
-/// A [`Mailbox`] of any type.
+/// A [`Mailbox`], or a value that ranks share, of any type.
 type AnyMailbox = Arc<dyn Any + Send + Sync>;
 
 /// State common to all ranks of a run.
@@ -168,6 +168,21 @@ impl ThreadComm {
         let mut boxes = lock(&self.shared.mailboxes);
         let entry = boxes.entry((plan, from, to)).or_insert_with(|| Arc::new(Mailbox::<T>::new()));
         entry.clone().downcast().expect("all ranks make the same plans")
+    }
+
+    /// Everybody's value, by rank.
+    pub(super) fn share<T: Send + Sync + 'static>(&self, value: Arc<T>) -> Vec<Arc<T>> {
+        let plan = self.plans.fetch_add(1, Ordering::Relaxed) + 1;
+        lock(&self.shared.mailboxes).insert((plan, self.rank, self.rank), value);
+        self.barrier();
+        let of = |rank| {
+            let value = lock(&self.shared.mailboxes)[&(plan, rank, rank)].clone();
+            value.downcast().expect("all ranks share values of one type")
+        };
+        let all = (0..self.size()).map(of).collect();
+        self.barrier();
+        lock(&self.shared.mailboxes).remove(&(plan, self.rank, self.rank));
+        all
     }
 
     pub(super) fn pattern<T: Pod + Send>(

@@ -78,6 +78,14 @@ impl AnyFluid {
         Ok(())
     }
 
+    /// As [`Fluid::connect_on_device`].
+    ///
+    /// # Errors
+    /// As there.
+    pub fn connect_on_device(&mut self, comm: &Comm) -> Result<()> {
+        either!(self, fluid => fluid.connect_on_device(comm))
+    }
+
     /// Prepares a coupling for sweeps of this fluid: for one on a device it finds images of bodies, else the cells that they cover.
     pub fn prepare(&self, coupling: &mut Coupling) {
         coupling.images = self.device_traffic().map(|_| Images::default());

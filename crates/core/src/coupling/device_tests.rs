@@ -175,6 +175,10 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
         let mut coupling = Coupling::new(coupled(method), &decomposition, comm.rank(), reach);
         if let Some(device) = device {
             fluid.use_device(device, &mut coupling).unwrap();
+            // Else messages go through the host.
+            if precision != Precision::F64 {
+                fluid.connect_on_device(&comm).unwrap();
+            }
         }
         let (mut loads, mut flows) = (Vec::new(), Vec::new());
         for step in 0..9 {

@@ -2,12 +2,11 @@
 //! driver at all.
 
 use super::{Argument, Commands, DeviceInfo, Done, Driver, Failed, Kernel, Memory, Program};
-use std::cell::Cell;
 use std::ffi::{CString, c_char, c_void};
 use std::fmt::Write;
 use std::process::Command;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 /// The part of OpenCL C that the kernels use.
 const PRELUDE: &str = include_str!("host_tests.h");
@@ -100,8 +99,8 @@ impl Program for Library {
 /// Does what is asked at once.
 struct AtOnce;
 
-fn words(memory: &Memory) -> &[Cell<u64>] {
-    memory.downcast_ref::<Vec<Cell<u64>>>().expect("an array of this driver")
+fn words(memory: &Memory) -> &[AtomicU64] {
+    memory.downcast_ref::<Vec<AtomicU64>>().expect("an array of this driver")
 }
 
 fn bytes(memory: &Memory) -> *mut u8 {
@@ -111,7 +110,8 @@ fn bytes(memory: &Memory) -> *mut u8 {
 impl Commands for AtOnce {
     fn allocate(&self, bytes: usize) -> Done<Memory> {
         // Nothing may rely on zeros.
-        Ok(Box::new(vec![Cell::new(0x7ff4_dead_beef_7ff4_u64); bytes.div_ceil(8)]))
+        let words = (0..bytes.div_ceil(8)).map(|_| AtomicU64::new(0x7ff4_dead_beef_7ff4));
+        Ok(Box::new(words.collect::<Vec<_>>()))
     }
 
     unsafe fn clear(&self, memory: &mut Memory, count: usize) -> Done {

@@ -135,7 +135,7 @@ impl<S: Population> DeviceSweep<S> {
             left: [left_even?, left_odd?],
             asked: [small()?, small()?],
             walls: walls.transpose()?,
-            exchange: Exchange::new(&queue, fluid)?,
+            exchange: Exchange::new(&queue, &compiled, fluid)?,
             bodies: BodyArrays::new(&queue)?,
             flows: flow(tiles.iter().product::<usize>() * TILE_WORDS)?,
             total: flow(FLOW_WORDS)?,

@@ -77,6 +77,7 @@ fn each_slot(runs: &[Run]) -> Vec<u64> {
 
 /// Messages that go together.
 pub(crate) struct Pattern<T> {
+    pub(crate) peers: Vec<usize>,
     messages: Vec<Message>,
     halo: Halo<T>,
     under_way: bool,
@@ -88,7 +89,8 @@ impl<T: Pod + Send> Pattern<T> {
         let (peers, messages): (Vec<usize>, Vec<Message>) = messages.into_iter().unzip();
         let lengths: Vec<usize> =
             messages.iter().map(|m| m.from[1].iter().map(|run| run.count).sum()).collect();
-        Ok(Self { messages, halo: comm.halo(&peers, &lengths)?, under_way: false })
+        let halo = comm.halo(&peers, &lengths)?;
+        Ok(Self { peers, messages, halo, under_way: false })
     }
 
     /// Packs and sends, unless that has been done since the last [`finish`](Self::finish).
@@ -109,16 +111,17 @@ impl<T: Pod + Send> Pattern<T> {
         self.under_way = true;
     }
 
-    /// Slots of the numbers that are sent, and where those that come go, in the order of the messages.
-    pub(crate) fn slots(&self, entered: AaPhase) -> [Vec<u64>; 2] {
-        let all = |of: fn(&Message, AaPhase) -> &[Run]| {
-            self.messages.iter().flat_map(|message| each_slot(of(message, entered))).collect()
+    /// By peer, slots of the numbers that are sent, and where those that come go.
+    pub(crate) fn slots(&self, entered: AaPhase) -> impl Iterator<Item = (usize, [Vec<u64>; 2])> {
+        let of_message = move |message: &Message| {
+            let (from, to) = message.runs(entered);
+            [each_slot(from), each_slot(to)]
         };
-        [all(|message, entered| message.runs(entered).0), all(|message, entered| message.runs(entered).1)]
+        self.peers.iter().copied().zip(self.messages.iter().map(of_message))
     }
 
-    /// Sends numbers that a device has packed.
-    pub(crate) fn send(&mut self, mut packed: &[T], entered: AaPhase) {
+    /// Sends numbers that a device has packed, from the front of a list, and returns the rest.
+    pub(crate) fn send<'a>(&mut self, mut packed: &'a [T], entered: AaPhase) -> &'a [T] {
         for (link, message) in self.messages.iter().enumerate() {
             let count = message.runs(entered).0.iter().map(|run| run.count).sum();
             let (now, rest) = packed.split_at(count);
@@ -128,11 +131,11 @@ impl<T: Pod + Send> Pattern<T> {
         if !self.messages.is_empty() {
             self.halo.start();
         }
+        packed
     }
 
-    /// Numbers that came, for a device to unpack.
+    /// Appends numbers that came, for a device to unpack.
     pub(crate) fn receive(&mut self, packed: &mut Vec<T>) {
-        packed.clear();
         if !self.messages.is_empty() {
             self.halo.finish();
             for link in 0..self.messages.len() {

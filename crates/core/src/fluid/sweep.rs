@@ -5,6 +5,7 @@ use super::device::options;
 use super::{
     BlockSolids, Collision, CoverCount, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch,
 };
+use crate::comm::Comm;
 use crate::device::{Device, KernelCost};
 use crate::error::{Error, Result};
 use crate::lattice::{C, Q};
@@ -28,6 +29,18 @@ impl<S: Population> Fluid<S> {
         self.device =
             SweepDevice::Device(Box::new(DeviceSweep::new(device, &options::<S, M>(model, pairs), self)?));
         Ok(())
+    }
+
+    /// Lets blocks that are on one device exchange populations there, if their ranks are threads of one process; else they go through the
+    /// host. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Memory`] on a rank that has no room; then no rank may go on.
+    pub fn connect_on_device(&mut self, comm: &Comm) -> Result<()> {
+        match &mut self.device {
+            SweepDevice::Host => Ok(()),
+            SweepDevice::Device(device) => device.connect(comm),
+        }
     }
 
     /// Bytes to and from the device in the last sweep, without messages to other ranks and copies for output; none without a device.

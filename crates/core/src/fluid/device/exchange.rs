@@ -1,14 +1,17 @@
 //! Exchange after the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
 
 use super::{DeviceSweep, Populations, filled};
-use crate::device::{Argument, Array, Done, Queue};
+use crate::comm::{Comm, Halo};
+use crate::device::{Argument, Array, Done, Kernels, Queue};
 use crate::error::Result;
 use crate::fluid::Fluid;
 use crate::fluid::dispatch::WrapX;
-use crate::fluid::halo::{FluidHalo, Pattern};
+use crate::fluid::halo::FluidHalo;
 use crate::fluid::layout::AaPhase;
 use crate::fluid::population::Population;
 use crate::fluid::walls::{CellList, LinkList, LinkRule};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Name of the lists in messages.
 const LINKS: &str = "the links of a block";
@@ -68,30 +71,93 @@ impl Interpolated {
     }
 }
 
-/// Numbers that cross to other blocks: where they are, where those that come go, by the phase entered, and the message.
+/// Messages of a block, two in turn, where on the device they are.
+struct Outbox {
+    kernels: Arc<Kernels>,
+    messages: [Array; 2],
+    /// First number for a peer, by the phase entered.
+    first: BTreeMap<usize, [usize; 2]>,
+}
+
+/// Numbers from a peer: its outbox, the first one there, the first of [`Crossing::to`], and their count, by the phase entered.
+struct Incoming {
+    outbox: Arc<Outbox>,
+    first: [usize; 2],
+    at: [usize; 2],
+    counts: [usize; 2],
+}
+
+/// Ways from block to block.
+enum Way<S> {
+    /// Messages between ranks; numbers on the host, and those that came, on the device.
+    Host { packed: Vec<S>, came: Array },
+    /// Every block reads on the device what its neighbours have packed there, when they say that they have.
+    Device { incoming: Vec<Incoming>, ready: Halo<u8> },
+}
+
+/// Numbers that cross to other blocks: where they are, where those that come go, by the phase entered.
 struct Crossing<S> {
     from: [Array; 2],
     to: [Array; 2],
     counts: [usize; 2],
-    message: Array,
-    packed: Vec<S>,
+    /// By peer.
+    each: Vec<(usize, [usize; 2])>,
+    outbox: Arc<Outbox>,
+    /// The one of its messages that is next.
+    turn: usize,
+    way: Way<S>,
 }
 
 impl<S: Population> Crossing<S> {
-    fn new(queue: &Queue, pattern: &Pattern<S>) -> Result<Self> {
-        let [[sent_even, come_even], [sent_odd, come_odd]] =
-            [AaPhase::Even, AaPhase::Odd].map(|phase| pattern.slots(phase));
-        let counts = [sent_even.len(), sent_odd.len()];
-        // As many come as are sent.
+    fn new(queue: &Queue, kernels: &Arc<Kernels>, halo: &FluidHalo<S>) -> Result<Self> {
+        let slots = |phase| halo.early.slots(phase).chain(halo.late.slots(phase)).collect::<Vec<_>>();
+        let by_phase = [AaPhase::Even, AaPhase::Odd].map(slots);
+        let fill = |phase: usize, way: usize| {
+            let all: Vec<u64> = by_phase[phase].iter().flat_map(|(_, slots)| slots[way].clone()).collect();
+            filled(queue, &all, LINKS)
+        };
+        // As many come from a peer as it is sent.
+        let (mut counts, mut first, mut each) = ([0; 2], BTreeMap::new(), Vec::new());
+        for ((peer, even), (_, odd)) in by_phase[0].iter().zip(&by_phase[1]) {
+            let of_peer = [even[0].len(), odd[0].len()];
+            first.insert(*peer, counts);
+            each.push((*peer, of_peer));
+            counts = [counts[0] + of_peer[0], counts[1] + of_peer[1]];
+        }
+        let room = |count: usize| queue.zeroed(count * size_of::<S>(), "the messages of a block");
         let most = counts[0].max(counts[1]);
-        let fill = |slots: &[u64]| filled(queue, slots, LINKS);
+        let messages = [room(most)?, room(most)?];
         Ok(Self {
-            from: [fill(&sent_even)?, fill(&sent_odd)?],
-            to: [fill(&come_even)?, fill(&come_odd)?],
+            from: [fill(0, 0)?, fill(1, 0)?],
+            to: [fill(0, 1)?, fill(1, 1)?],
             counts,
-            message: queue.zeroed(most * size_of::<S>(), "the messages of a block")?,
-            packed: vec![S::zeroed(); most],
+            each,
+            outbox: Arc::new(Outbox { kernels: kernels.clone(), messages, first }),
+            turn: 0,
+            way: Way::Host { packed: vec![S::zeroed(); most], came: room(most)? },
         })
+    }
+
+    /// Takes the way on the device if all ranks are threads that use the same one. Collective.
+    ///
+    /// # Errors
+    /// As [`Comm::halo`].
+    fn connect(&mut self, comm: &Comm) -> Result<()> {
+        let Some(all) = comm.share(self.outbox.clone()) else { return Ok(()) };
+        if all.iter().any(|outbox| !Arc::ptr_eq(&outbox.kernels, &all[0].kernels)) {
+            return Ok(());
+        }
+        let mut at = [0; 2];
+        let incoming = self.each.iter().map(|&(peer, counts)| {
+            let outbox = all[peer].clone();
+            let incoming = Incoming { first: outbox.first[&comm.rank()], outbox, at, counts };
+            at = [at[0] + counts[0], at[1] + counts[1]];
+            incoming
+        });
+        let incoming = incoming.collect();
+        let peers: Vec<usize> = self.each.iter().map(|(peer, _)| *peer).collect();
+        self.way = Way::Device { incoming, ready: comm.halo(&peers, &vec![1; peers.len()])? };
+        Ok(())
     }
 }
 
@@ -103,11 +169,11 @@ pub(super) struct Exchange<S> {
     late: [Vec<Copies>; 2],
     /// After the sweep, and after the halo exchange, in both phases.
     pub(super) interpolated: [Option<Interpolated>; 2],
-    crossing: [Crossing<S>; 2],
+    crossing: Crossing<S>,
 }
 
 impl<S: Population> Exchange<S> {
-    pub(super) fn new(queue: &Queue, fluid: &Fluid<S>) -> Result<Self> {
+    pub(super) fn new(queue: &Queue, kernels: &Arc<Kernels>, fluid: &Fluid<S>) -> Result<Self> {
         let [early, late] = fluid.walls.links(&fluid.layout);
         let [cells, late_cells] = fluid.walls.cells();
         let of_links = |lists: &[LinkList<S::Number>], entered: AaPhase| -> Result<Vec<Copies>> {
@@ -141,8 +207,16 @@ impl<S: Population> Exchange<S> {
                 Interpolated::new::<S>(queue, &cells)?,
                 Interpolated::new::<S>(queue, &late_cells)?,
             ],
-            crossing: [Crossing::new(queue, &fluid.halo.early)?, Crossing::new(queue, &fluid.halo.late)?],
+            crossing: Crossing::new(queue, kernels, &fluid.halo)?,
         })
+    }
+}
+
+impl<S> Drop for DeviceSweep<S> {
+    /// Other blocks may be gone before work that reads their messages is done.
+    fn drop(&mut self) {
+        // What a failed device says here it has said before.
+        let _ = self.queue.finish();
     }
 }
 
@@ -179,53 +253,92 @@ impl<S: Population> DeviceSweep<S> {
         halo: &mut FluidHalo<S>,
         entered: AaPhase,
     ) {
-        let (array, moved) = (populations.on_device(), 8 + 2 * size_of::<S>());
+        let (array, at) = (populations.on_device(), entered as usize);
         // Both ranks of a message must get through the exchange even if a device has failed.
-        let mut failed = Ok(());
-        let at = entered as usize;
-        for (crossing, pattern) in self.exchange.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
-            let Crossing { from, counts, message, packed, .. } = crossing;
-            packed.resize(counts[at], S::zeroed());
-            if counts[at] > 0 {
-                let arguments = [
-                    Argument::Array(array),
-                    Argument::Array(&from[at]),
-                    Argument::Long(counts[at] as u64),
-                    Argument::Array(message),
-                ];
-                // SAFETY: the arguments of the kernel; the message has room for all that is sent.
-                let done =
-                    unsafe { self.queue.launch_over(&self.kernels.pack, &arguments, counts[at], moved) };
-                failed = failed.and(done).and_then(|()| self.queue.read(message, packed));
+        let mut failed = self.pack(array, at);
+        let Crossing { counts, outbox, turn, way, .. } = &mut self.exchange.crossing;
+        match way {
+            Way::Host { packed, .. } => {
+                packed.resize(counts[at], S::zeroed());
+                failed = failed.and_then(|()| self.queue.read(&outbox.messages[*turn], packed));
+                let rest = halo.early.send(packed, entered);
+                halo.late.send(rest, entered);
             }
-            pattern.send(packed, entered);
+            // When the neighbours pack this one of their messages again, they will know that this block has finished the other.
+            Way::Device { incoming, ready } if !incoming.is_empty() => {
+                failed = failed.and_then(|()| self.queue.finish());
+                ready.start();
+            }
+            Way::Device { .. } => {}
         }
         failed = failed.and(self.copy(&self.exchange.own[at], array));
-        for (crossing, pattern) in self.exchange.crossing.iter_mut().zip([&mut halo.early, &mut halo.late]) {
-            let Crossing { to, counts, message, packed, .. } = crossing;
-            pattern.receive(packed);
-            if !packed.is_empty() {
-                let arguments = |message| {
-                    [
-                        Argument::Array(array),
-                        Argument::Array(&to[at]),
-                        Argument::Long(counts[at] as u64),
-                        Argument::Array(message),
-                    ]
-                };
+        let Crossing { counts, way, .. } = &mut self.exchange.crossing;
+        match way {
+            Way::Host { packed, came } => {
+                packed.clear();
+                halo.early.receive(packed);
+                halo.late.receive(packed);
                 assert_eq!(packed.len(), counts[at], "as many numbers come as are sent");
-                failed = failed.and_then(|()| self.queue.write(message, packed)).and_then(|()| {
-                    // SAFETY: the arguments of the kernel; the message holds all that came.
-                    unsafe {
-                        self.queue.launch_over(&self.kernels.unpack, &arguments(message), counts[at], moved)
-                    }
-                });
+                failed = failed.and_then(|()| self.queue.write(came, packed));
             }
+            Way::Device { incoming, ready } if !incoming.is_empty() => ready.finish(),
+            Way::Device { .. } => {}
         }
+        failed = failed.and_then(|()| self.unpack(array, at));
+        self.exchange.crossing.turn ^= 1;
         failed = failed.and_then(|()| self.copy(&self.exchange.late[at], array));
         let late = self.exchange.interpolated[1].as_ref();
         failed = failed.and_then(|()| self.interpolate(late, entered, array));
         self.failed.note(failed);
+    }
+
+    /// Lets blocks on one device read each other's messages there. Collective.
+    ///
+    /// # Errors
+    /// As [`Comm::halo`].
+    pub(in crate::fluid) fn connect(&mut self, comm: &Comm) -> Result<()> {
+        self.exchange.crossing.connect(comm)
+    }
+
+    /// Bytes of a number that is packed or unpacked.
+    const MOVED: usize = 8 + 2 * size_of::<S>();
+
+    fn pack(&self, populations: &Array, at: usize) -> Done {
+        let Crossing { from, counts, outbox, turn, .. } = &self.exchange.crossing;
+        if counts[at] == 0 {
+            return Ok(());
+        }
+        let arguments = [
+            Argument::Array(populations),
+            Argument::Array(&from[at]),
+            Argument::Long(counts[at] as u64),
+            Argument::Array(&outbox.messages[*turn]),
+        ];
+        // SAFETY: the arguments of the kernel; the message has room for all that is sent, and no block reads it now.
+        unsafe { self.queue.launch_over(&self.kernels.pack, &arguments, counts[at], Self::MOVED) }
+    }
+
+    fn unpack(&self, populations: &Array, at: usize) -> Done {
+        let Crossing { to, counts, turn, way, .. } = &self.exchange.crossing;
+        let unpack = |message: &Array, first: usize, into: usize, count: usize| {
+            let arguments = [
+                Argument::Array(populations),
+                Argument::Array(&to[at]),
+                Argument::Long(into as u64),
+                Argument::Long(count as u64),
+                Argument::Array(message),
+                Argument::Long(first as u64),
+            ];
+            // SAFETY: the arguments of the kernel; the message holds all that came, and nobody writes it before this block has finished the next exchange.
+            unsafe { self.queue.launch_over(&self.kernels.unpack, &arguments, count, Self::MOVED) }
+        };
+        match way {
+            Way::Host { .. } if counts[at] == 0 => Ok(()),
+            Way::Host { came, .. } => unpack(came, 0, 0, counts[at]),
+            Way::Device { incoming, .. } => incoming.iter().try_for_each(|from| {
+                unpack(&from.outbox.messages[*turn], from.first[at], from.at[at], from.counts[at])
+            }),
+        }
     }
 
     pub(super) fn copy(&self, all: &[Copies], populations: &Array) -> Done {

@@ -861,15 +861,16 @@ __kernel void interpolate_links(__global Stored* g, const Slots now, const Slots
     WRITE(g, cells[k], SCALED(UNSCALED(READ(g, cells[k])) - gained));
 }
 
-// Populations that cross to other blocks, into a message and out of it.
+// Populations that cross to other blocks, into a message and out of it, from the numbers `at` and `first` of the lists on.
 __kernel void pack(__global const Stored* g, __global const ulong* from, const ulong count, __global Stored* message) {
     size_t k = get_global_id(0);
     if (k < count) WRITE(message, k, READ(g, from[k]));
 }
 
-__kernel void unpack(__global Stored* g, __global const ulong* to, const ulong count, __global const Stored* message) {
+__kernel void unpack(__global Stored* g, __global const ulong* to, const ulong at, const ulong count,
+                     __global const Stored* message, const ulong first) {
     size_t k = get_global_id(0);
-    if (k < count) WRITE(g, to[k], READ(message, k));
+    if (k < count) WRITE(g, to[at + k], READ(message, first + k));
 }
 
 // Momentum and moving mass that left some cells in the last sweep; `left` is by the phase.
