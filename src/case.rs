@@ -19,6 +19,7 @@ mod files;
 mod filled;
 mod granular;
 mod kinds;
+mod laws;
 mod listed;
 mod materials;
 mod motion;

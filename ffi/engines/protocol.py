@@ -28,8 +28,11 @@ def _answer(engine, kind, payload):
         return HELLO, struct.pack("<8sII", b"turbidEP", 1, 0) + json.dumps(engine.hello).encode()
     if kind == SET_UP:
         length, = struct.unpack_from("<Q", payload)
-        bodies = struct.iter_unpack("<QQ13d", payload[8 + length:])
-        engine.set_up(json.loads(payload[8:8 + length]), list(bodies))
+        case, bodies = json.loads(payload[8:8 + length]), struct.iter_unpack("<QQ13d", payload[8 + length:])
+        for key in ("rolling", "cohesion"):
+            if (case["contact"] or {}).get(key, "none") != "none":
+                raise Refusal(f"this engine has no contact.{key}")
+        engine.set_up(case, list(bodies))
         return READY, b""
     if kind == ADVANCE:
         step, substeps = struct.unpack_from("<dQ", payload)

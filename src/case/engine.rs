@@ -183,6 +183,7 @@ fn refuse_law(document: &Document, liggghts: bool) -> Result<()> {
     let title = format!("`{key}` is {value}, which LIGGGHTS, `dem.engine`, does not have");
     let remedy = match key {
         "contact.twisting" => "remove it, or take dem.engine = \"native\"",
+        "contact.cohesion" => "LIGGGHTS has \"sjkr\"; take that, or dem.engine = \"native\"",
         _ => {
             "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \
              elastic force, \"overlap_volume\" differs by the lens ratio, 1 - d/(12 R) for equal spheres"

@@ -12,9 +12,11 @@ use std::fmt::Write;
 const DEFAULT: &str = "default";
 
 /// Parameters that only some laws read, with one that does.
-const READERS: [(&str, &str); 2] = [
+const READERS: [(&str, &str); 4] = [
     ("transition_velocity", "contact.friction = \"nassauer_kuna\""),
     ("rolling_friction", "contact.rolling = \"elastic_plastic\""),
+    ("work_of_adhesion", "contact.cohesion = \"dmt\""),
+    ("cohesion_density", "contact.cohesion = \"sjkr\""),
 ];
 
 /// Elasticity by name.
@@ -91,6 +93,8 @@ impl Materials {
             friction_kinetic: contact.friction_kinetic,
             transition_velocity: contact.transition_velocity,
             rolling_friction: contact.rolling_friction,
+            work_of_adhesion: contact.work_of_adhesion,
+            cohesion_density: contact.cohesion_density,
         };
         friction_order(document, "contact", &usual)?;
         let n = self.names.len();
@@ -116,6 +120,8 @@ impl Materials {
                 friction_kinetic: pair.friction_kinetic.unwrap_or(usual.friction_kinetic),
                 transition_velocity: pair.transition_velocity.unwrap_or(usual.transition_velocity),
                 rolling_friction: pair.rolling_friction.unwrap_or(usual.rolling_friction),
+                work_of_adhesion: pair.work_of_adhesion.unwrap_or(usual.work_of_adhesion),
+                cohesion_density: pair.cohesion_density.unwrap_or(usual.cohesion_density),
             };
             friction_order(document, &key, &special)?;
             pairs[a * n + b] = special;

@@ -8,8 +8,8 @@ use super::kinds::Kinds;
 use super::scales::Reference;
 use super::walls::PlacedWall;
 use super::{FluidSetup, StartFlow};
+use crate::contact::Lubrication;
 use crate::contact::lubrication::Unresolved;
-use crate::contact::{ContactModel, Lubrication};
 use crate::coupling::{Homogenised, Method, Saturated};
 use crate::domain::Domain;
 use crate::error::Result;
@@ -83,28 +83,6 @@ fn time(lattice: &LatticeSection, dx: f64, viscosity: f64, density: f64) -> (Uni
 
 /// Roughness over the radius of the smallest particle, if the case does not give it (-).
 const ROUGHNESS: f64 = 1e-3;
-
-/// Refuses resistance to rolling of bodies with edges, which have no radius to roll on.
-pub(super) fn refuse_rolling_on_edges(
-    document: &Document,
-    kinds: &Kinds,
-    model: &ContactModel,
-) -> Result<()> {
-    let n = model.materials.len();
-    let rolls = |material: usize| (0..n).any(|other| model.pair(material, other).rolling_friction > 0.0);
-    let on_edges = |template: &Template| {
-        rolls(template.material) && template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
-    };
-    let Some(index) = kinds.templates.iter().position(on_edges).filter(|_| model.rolling.is_given()) else {
-        return Ok(());
-    };
-    let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
-    let kind = kinds.templates[index].shape.kind();
-    let title = format!("`contact.rolling` resists the rolling of round bodies, but `{shape}` is a {kind}");
-    let marks = [(&*shape, "has edges, and no radius to roll on"), ("contact.rolling", "the law")];
-    let remedy = "give it a material of its own whose [[contact.pairs]] have rolling_friction = 0: faces and edges resist by themselves";
-    Err(document.error_at(&marks, &title, remedy))
-}
 
 /// Lubrication in gaps of cells of `dx` (m), if the case asks for it.
 pub(super) fn lubrication(

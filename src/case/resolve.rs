@@ -8,6 +8,7 @@ use super::file::PositionsBy;
 use super::files::{Files, OwnShapes};
 use super::granular::agitate;
 use super::kinds::Kinds;
+use super::laws::{refuse_cohesion, refuse_edges};
 use super::materials::Materials;
 use super::motion::{applied, buoyancy, motions, refuse_vectors};
 use super::physics::{self, gravity};
@@ -130,7 +131,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     };
     let gravity = gravity(document);
     let mut model = materials.contact(document, enlargement)?;
-    physics::refuse_rolling_on_edges(document, &kinds, &model)?;
+    refuse_edges(document, &kinds, &model)?;
     if let Medium::Fluid(section, lattice) = &medium {
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }
@@ -146,6 +147,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
     refuse_walls(document, &engine, &walls)?;
+    refuse_cohesion(document, &kinds, &walls, &model)?;
     let substeps = document.case.contact.substeps;
     let (time_step, fluid) = match &medium {
         Medium::Fluid(section, lattice) => {

@@ -175,14 +175,16 @@ fn contact(model: &ContactModel) -> Json {
     if model.friction == FrictionLaw::NassauerKuna {
         fields.remove("friction");
     }
-    for torque in ["rolling", "twisting"] {
-        if fields[torque] == "none" {
-            fields.remove(torque);
+    for law in ["rolling", "twisting", "cohesion"] {
+        if fields[law] == "none" {
+            fields.remove(law);
         }
     }
     for pair in fields["pairs"].as_array_mut().expect("a list").iter_mut().filter_map(Json::as_object_mut) {
-        if pair["rolling_friction"] == json!(0.0) {
-            pair.remove("rolling_friction");
+        for name in ["rolling_friction", "work_of_adhesion", "cohesion_density"] {
+            if pair[name] == json!(0.0) {
+                pair.remove(name);
+            }
         }
     }
     fields.remove("geometry");
@@ -366,6 +368,8 @@ mod tests {
                 friction_kinetic: 0.1,
                 transition_velocity: 1e-3,
                 rolling_friction: 0.0,
+                work_of_adhesion: 0.0,
+                cohesion_density: 0.0,
             }],
             enlargement: 1e-4,
             ..ContactModel::default()

@@ -31,6 +31,8 @@ fn contact(youngs_modulus: f64, restitution: f64, friction: f64) -> ContactModel
             friction_kinetic: friction,
             transition_velocity: 1e-6,
             rolling_friction: 0.0,
+            work_of_adhesion: 0.0,
+            cohesion_density: 0.0,
         }],
         law: ElasticLaw::Hertz,
         damping: DampingLaw::Tsuji,

@@ -169,6 +169,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     if contact.contains("sampled") {
         contact += "samples = 4\n";
     }
+    if substeps == 2 {
+        contact += "cohesion = \"sjkr\"\ncohesion_density = 50\n";
+    }
     write!(
         text,
         "[contact]\nsubsteps = {substeps}\n{contact}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n{drive}\
@@ -242,7 +245,9 @@ fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
     let laws = laws.into_iter().flat_map(words).map(String::as_str);
     let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
     let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
-    for word in quoted.chain(SHAPES.into_iter().chain(LARGE).map(str::to_owned)) {
+    for word in
+        quoted.chain(["\"sjkr\"".to_owned()]).chain(SHAPES.into_iter().chain(LARGE).map(str::to_owned))
+    {
         assert!(texts.contains(&word), "{word} was never drawn");
     }
 }

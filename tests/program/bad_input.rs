@@ -1,6 +1,7 @@
 //! Bad input, end to end: the right words on standard error, exit code 2, and nothing written.
 
 mod bodies;
+mod cohesion;
 mod drives;
 mod engine;
 mod files;

@@ -10,11 +10,12 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`], [`friction`], [`rolling`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
+//! centre ([`law`], [`friction`], [`rolling`], [`cohesion`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
 //! measured, and [`neighbours`] keeps them while bodies move little. The engine keeps what a
 //! law remembers of each contact; no other result depends on earlier ones.
 
 mod clip;
+pub mod cohesion;
 pub mod friction;
 mod impact;
 pub mod law;
@@ -35,6 +36,7 @@ mod tests;
 
 use crate::math::Vec3;
 use crate::shape::{Passage, Shape};
+pub use cohesion::Cohesion;
 pub use friction::{Friction, RelativeMotion};
 pub use impact::SpherePair;
 pub use law::{PairLaw, PairProperties};
@@ -50,6 +52,10 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 #[cfg(test)]
 pub(crate) use tests::ContactParams;
+
+/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model, and end a run; for spheres half of
+/// the radius.
+pub const DEEPEST: f64 = 0.25;
 
 /// Materials and model of all contacts, SI units. Without materials it is that of bodies which nothing touches.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -72,6 +78,8 @@ pub struct ContactModel {
     pub rolling: RollingLaw,
     /// Law of the resistance to twisting.
     pub twisting: TwistingLaw,
+    /// Law of cohesion.
+    pub cohesion: CohesionLaw,
     /// Forces of the fluid in narrow gaps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
@@ -126,7 +134,7 @@ pub struct Material {
 }
 
 /// Dissipation between two materials.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PairParams {
     /// Coefficient of restitution (-), `0 < e <= 1`.
     pub restitution: f64,
@@ -139,6 +147,12 @@ pub struct PairParams {
     /// Coefficient of rolling friction (-), without a meaning for [`RollingLaw::None`].
     #[serde(default)]
     pub rolling_friction: f64,
+    /// Work of adhesion (J/m^2) of [`CohesionLaw::Dmt`].
+    #[serde(default)]
+    pub work_of_adhesion: f64,
+    /// Density of the energy of cohesion (J/m^3) of [`CohesionLaw::Sjkr`].
+    #[serde(default)]
+    pub cohesion_density: f64,
 }
 
 /// Law of the elastic part of the normal force.
@@ -208,6 +222,19 @@ pub enum TwistingLaw {
     None,
     /// A spring with a dashpot that follow from those of friction over the area of contact, as Marshall (2009).
     Marshall,
+}
+
+/// Law of cohesion, a pull between bodies that touch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CohesionLaw {
+    /// There is none.
+    #[default]
+    None,
+    /// The constant force `2 pi w R*` of Derjaguin, Muller and Toporov (1975), for small and stiff bodies without edges.
+    Dmt,
+    /// In proportion to the area of the overlap, `k A` (`cohesion sjkr` of LIGGGHTS), for bodies of any shape.
+    Sjkr,
 }
 
 /// Method of measuring overlaps.

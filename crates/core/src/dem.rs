@@ -42,7 +42,7 @@ impl AddAssign for Load {
 /// Contacts of one rank at the last sub-step, for the time series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactSummary {
-    /// Number of contacts evaluated by this rank that exert a force.
+    /// Number of contacts evaluated by this rank that exert a force, with cohesion of all.
     pub count: usize,
     /// Largest depth (m).
     pub max_depth: f64,

@@ -85,7 +85,8 @@ for kind, payload in iter(receive, (GOODBYE, b"")):
         send(HELLO, struct.pack("<8sII", b"turbidEP", 1, 0) + json.dumps(ABLE).encode())
     elif kind == SET_UP:
         (case, spheres), found = set_up(payload), []
-        send(READY)
+        lacks = [key for key in ("rolling", "cohesion") if (case["contact"] or {}).get(key, "none") != "none"]
+        send(ERROR, f"this engine has no contact.{lacks[0]}".encode()) if lacks else send(READY)
     elif kind == ADVANCE:
         found = advance(case, spheres, payload)
         send(STATES, b"".join(struct.pack("<Q19d", s[0], *s[4], 0, 0, 0, 1, *sum(s[5:], [])) for s in spheres))

@@ -6,7 +6,7 @@
 use super::session::PAIRS;
 use serde::Deserialize;
 use std::path::PathBuf;
-use turbid_core::contact::{PairParams, RollingLaw};
+use turbid_core::contact::{CohesionLaw, PairParams, RollingLaw};
 use turbid_process::{ContactSection, SetUp, SurfaceSection, WallSection};
 
 /// Distance beyond contact within which pairs are listed, over the smallest radius: a list lasts until something has moved by
@@ -20,12 +20,20 @@ const ALIGNED: f64 = 1e-9;
 const ROLLING_DAMPING: f64 = 0.3;
 
 /// The model of contacts.
-fn model(contact: Option<&ContactSection>) -> &'static str {
-    match contact.map_or(RollingLaw::None, |contact| contact.rolling) {
-        RollingLaw::None => "model hertz tangential history",
-        RollingLaw::ConstantTorque => "model hertz tangential history rolling_friction cdt",
-        RollingLaw::ElasticPlastic => "model hertz tangential history rolling_friction epsd",
-    }
+fn model(contact: Option<&ContactSection>) -> Result<String, String> {
+    let (rolling, cohesion) =
+        contact.map_or((RollingLaw::None, CohesionLaw::None), |contact| (contact.rolling, contact.cohesion));
+    let cohesion = match cohesion {
+        CohesionLaw::None => "",
+        CohesionLaw::Sjkr => " cohesion sjkr",
+        CohesionLaw::Dmt => return Err("LIGGGHTS has no cohesion \"dmt\"".to_owned()),
+    };
+    let rolling = match rolling {
+        RollingLaw::None => "",
+        RollingLaw::ConstantTorque => " rolling_friction cdt",
+        RollingLaw::ElasticPlastic => " rolling_friction epsd",
+    };
+    Ok(format!("model hertz tangential history{cohesion}{rolling}"))
 }
 
 /// The commands of the set-up.
@@ -82,7 +90,7 @@ pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
     ];
     let mut after = vec![format!("neighbor {:e} bin", SKIN * smallest), "neigh_modify delay 0".to_owned()];
     after.extend(properties(case.contact.as_ref()));
-    let model = model(case.contact.as_ref());
+    let model = model(case.contact.as_ref())?;
     after.extend([format!("pair_style gran {model}"), "pair_coeff * *".to_owned()]);
     if case.contact.is_none() {
         after.push("neigh_modify exclude group all all".to_owned());
@@ -131,14 +139,17 @@ fn properties(contact: Option<&ContactSection>) -> Vec<String> {
         ),
         format!("fix friction all property/global coefficientFriction peratomtypepair {n}{friction}"),
     ];
-    if let Some(contact) = contact.filter(|contact| contact.rolling.is_given()) {
-        let of_pairs = |value: fn(&PairParams) -> f64| list(contact.pairs.iter().map(value).collect());
-        for (fix, name, values) in [
-            ("rolling", "coefficientRollingFriction", of_pairs(|pair| pair.rolling_friction)),
-            ("viscous", "coefficientRollingViscousDamping", of_pairs(|_| ROLLING_DAMPING)),
-        ] {
-            all.push(format!("fix {fix} all property/global {name} peratomtypepair {n}{values}"));
-        }
+    let Some(contact) = contact else { return all };
+    let mut add = |fix: &str, name: &str, value: fn(&PairParams) -> f64| {
+        let values = list(contact.pairs.iter().map(value).collect());
+        all.push(format!("fix {fix} all property/global {name} peratomtypepair {n}{values}"));
+    };
+    if contact.rolling.is_given() {
+        add("rolling", "coefficientRollingFriction", |pair| pair.rolling_friction);
+        add("viscous", "coefficientRollingViscousDamping", |_| ROLLING_DAMPING);
+    }
+    if contact.cohesion == CohesionLaw::Sjkr {
+        add("cohesion", "cohesionEnergyDensity", |pair| pair.cohesion_density);
     }
     all
 }

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 use turbid_core::contact::{
-    ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, Material, PairParams, RollingLaw,
-    TwistingLaw,
+    CohesionLaw, ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, Material, PairParams,
+    RollingLaw, TwistingLaw,
 };
 use turbid_core::math::Vec3;
 use turbid_core::particle::Template;
@@ -154,6 +154,9 @@ pub struct ContactSection {
     /// The resistance to rolling of the case, in the same form.
     #[serde(default)]
     pub rolling: RollingLaw,
+    /// The cohesion of the case, in the same form.
+    #[serde(default)]
+    pub cohesion: CohesionLaw,
     /// Materials.
     pub materials: Vec<Material>,
     /// Pairs of materials: entry `a * materials.len() + b`, symmetric.
@@ -173,6 +176,7 @@ impl ContactSection {
             friction,
             rolling,
             twisting,
+            cohesion,
             lubrication,
         } = model.clone();
         if lubrication.is_some() {
@@ -184,7 +188,7 @@ impl ContactSection {
         if twisting != TwistingLaw::None {
             return Err("resistance to twisting");
         }
-        Ok(Self { enlargement, law, damping, friction, rolling, materials, pairs })
+        Ok(Self { enlargement, law, damping, friction, rolling, cohesion, materials, pairs })
     }
 
     /// A pair of materials, given by their indices.
@@ -260,12 +264,19 @@ mod tests {
 
     #[test]
     fn a_contact_model_is_sent_whole_or_refused() {
-        for (law, damping, friction) in [
-            (ElasticLaw::OverlapVolume, DampingLaw::HuntCrossley, FrictionLaw::NassauerKuna),
-            (ElasticLaw::OverlapEnergy, DampingLaw::Tsuji, FrictionLaw::Mindlin),
-            (ElasticLaw::Hertz, DampingLaw::Tsuji, FrictionLaw::MindlinDisplacement),
+        for (law, damping, friction, cohesion) in [
+            (
+                ElasticLaw::OverlapVolume,
+                DampingLaw::HuntCrossley,
+                FrictionLaw::NassauerKuna,
+                CohesionLaw::None,
+            ),
+            (ElasticLaw::OverlapEnergy, DampingLaw::Tsuji, FrictionLaw::Mindlin, CohesionLaw::Dmt),
+            (ElasticLaw::Hertz, DampingLaw::Tsuji, FrictionLaw::MindlinDisplacement, CohesionLaw::Sjkr),
         ] {
-            let model = ContactModel { law, damping, friction, enlargement: 1e-5, ..ContactModel::default() };
+            let enlargement = 1e-5;
+            let model =
+                ContactModel { law, damping, friction, cohesion, enlargement, ..ContactModel::default() };
             let sent = ContactSection::of(&model).unwrap();
             let received: ContactSection = serde_json::from_value(serde_json::json!(sent)).unwrap();
             assert_eq!(received, sent);
@@ -274,6 +285,7 @@ mod tests {
                 damping: received.damping,
                 friction: received.friction,
                 rolling: received.rolling,
+                cohesion: received.cohesion,
                 enlargement: received.enlargement,
                 ..model.clone()
             };

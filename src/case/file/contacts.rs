@@ -1,6 +1,8 @@
 //! Contacts, materials and the engine as the user writes them.
 
-use crate::contact::{ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, RollingLaw, TwistingLaw};
+use crate::contact::{
+    CohesionLaw, ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, RollingLaw, TwistingLaw,
+};
 use crate::document::{non_negative, positive};
 use crate::engine::LiggghtsProcess;
 use schemars::JsonSchema;
@@ -34,6 +36,12 @@ pub struct ContactSection {
     /// Coefficient of rolling friction (-); only with `rolling`. Default 0.
     #[schemars(transform = non_negative)]
     pub rolling_friction: f64,
+    /// Work of adhesion (J/m2), what it takes to part a unit of area; only with `cohesion = "dmt"`. Default 0.
+    #[schemars(transform = non_negative)]
+    pub work_of_adhesion: f64,
+    /// Density of the energy of cohesion (J/m3); only with `cohesion = "sjkr"`. Default 0.
+    #[schemars(transform = non_negative)]
+    pub cohesion_density: f64,
     /// Distance by which every surface is grown for contacts (cells); a dry run has `dry.enlargement` instead. Default 0.2, and 0
     /// with `lubrication`.
     #[schemars(transform = non_negative)]
@@ -48,6 +56,8 @@ pub struct ContactSection {
     pub rolling: RollingLaw,
     /// Law of the resistance to twisting. Default `"none"`.
     pub twisting: TwistingLaw,
+    /// Law of cohesion, a pull between bodies that touch. Default `"none"`.
+    pub cohesion: CohesionLaw,
     /// Measurement of overlaps. Default "exact".
     pub geometry: GeometryKind,
     /// Samples per direction; only with `geometry = "sampled"`. Default 8.
@@ -84,12 +94,15 @@ impl Default for ContactSection {
             friction_kinetic: 0.16,
             transition_velocity: 1e-3,
             rolling_friction: 0.0,
+            work_of_adhesion: 0.0,
+            cohesion_density: 0.0,
             enlargement: None,
             law: ElasticLaw::OverlapVolume,
             damping: DampingLaw::HuntCrossley,
             friction: FrictionLaw::Mindlin,
             rolling: RollingLaw::None,
             twisting: TwistingLaw::None,
+            cohesion: CohesionLaw::None,
             geometry: GeometryKind::Exact,
             samples: 8,
             substeps: 1,
@@ -112,6 +125,7 @@ impl ContactSection {
             friction: self.friction,
             rolling: self.rolling,
             twisting: self.twisting,
+            cohesion: self.cohesion,
             ..ContactModel::default()
         }
     }
@@ -125,12 +139,15 @@ impl ContactSection {
     pub(in crate::case) fn native_only(&self, liggghts: bool) -> Option<(&'static str, String)> {
         let law = matches!(self.law, ElasticLaw::OverlapVolume | ElasticLaw::Hertz);
         let damping = matches!(self.damping, DampingLaw::HuntCrossley | DampingLaw::Tsuji);
+        let cohesion =
+            self.cohesion != CohesionLaw::None && !(liggghts && self.cohesion == CohesionLaw::Sjkr);
         let found = [
             ("contact.geometry", json!(self.geometry), self.geometry == GeometryKind::Sampled),
             ("contact.law", json!(self.law), liggghts && !law),
             ("contact.damping", json!(self.damping), liggghts && !damping),
             ("contact.rolling", json!(self.rolling), !liggghts && self.rolling.is_given()),
             ("contact.twisting", json!(self.twisting), self.twisting != TwistingLaw::None),
+            ("contact.cohesion", json!(self.cohesion), cohesion),
         ];
         found.into_iter().find_map(|(key, value, given)| given.then(|| (key, value.to_string())))
     }
@@ -168,6 +185,12 @@ pub struct PairSection {
     /// Coefficient of rolling friction (-).
     #[schemars(transform = non_negative)]
     pub rolling_friction: Option<f64>,
+    /// Work of adhesion (J/m2).
+    #[schemars(transform = non_negative)]
+    pub work_of_adhesion: Option<f64>,
+    /// Density of the energy of cohesion (J/m3).
+    #[schemars(transform = non_negative)]
+    pub cohesion_density: Option<f64>,
 }
 
 /// Elasticity of a material that particles and walls name.

@@ -12,7 +12,7 @@
 //! Tsuji           F - n sqrt(5) b sqrt(m* |F| / d) v,   b = -ln e / sqrt(pi^2 + ln^2 e),   through x_c
 //! ```
 //!
-//! with the approach speed `u0` when the bodies first approach. Friction: [`friction`](super::friction). `docs/theory/contact.md` says which law to use, with numbers.
+//! with the approach speed `u0` when the bodies first approach. Friction: [`friction`](super::friction); cohesion: [`cohesion`](super::cohesion). `docs/theory/contact.md` says which law to use, with numbers.
 //!
 //! References: Nassauer and Kuna (2013), doi:10.1007/s10035-013-0417-9; Feng, Han and Owen (2012), Comput. Methods
 //! Appl. Mech. Engrg. 205-208, 169; Tsuji, Tanaka and Ishida (1992), Powder Technol. 71, 239; Antypov and Elliott
@@ -23,7 +23,9 @@ mod tests;
 
 use super::friction::contact_radius;
 use super::rolling::Pressed;
-use super::{ContactModel, DampingLaw, ElasticLaw, Friction, Material, Overlap, RelativeMotion, Turning};
+use super::{
+    Cohesion, ContactModel, DampingLaw, ElasticLaw, Friction, Material, Overlap, RelativeMotion, Turning,
+};
 use crate::math::Vec3;
 use bytemuck::{Pod, Zeroable};
 use std::f64::consts::{FRAC_2_SQRT_PI, PI};
@@ -67,6 +69,8 @@ pub struct PairLaw {
     pub friction: Friction,
     /// Resistance to rolling and twisting.
     pub turning: Turning,
+    /// Cohesion.
+    pub cohesion: Cohesion,
 }
 
 impl ContactModel {
@@ -82,7 +86,8 @@ impl ContactModel {
             DampingLaw::HuntCrossley | DampingLaw::Tsuji => &["restitution"],
         };
         let rolling: &[&str] = if self.rolling.is_given() { &["rolling_friction"] } else { &[] };
-        let mut all = [elastic, damping, self.friction.parameters(), rolling].concat();
+        let mut all =
+            [elastic, damping, self.friction.parameters(), rolling, self.cohesion.parameters()].concat();
         all.sort_unstable();
         all.dedup();
         all
@@ -149,6 +154,7 @@ impl PairLaw {
             dashpot_number: dashpot_number(pair.restitution),
             friction: Friction::new(model.friction, materials, pair),
             turning: Turning::new(model, pair),
+            cohesion: Cohesion::new(model, pair),
         }
     }
 
@@ -277,14 +283,17 @@ impl PairLaw {
         } else {
             self.friction.of_speed(velocity - overlap.normal * approach, normal.abs())
         };
-        let force = overlap.normal * -normal - friction;
+        let pull = self.cohesion.force(overlap.area, pair.radius());
+        // No sign of a zero changes without.
+        let along = if self.cohesion.is_none() { -normal } else { pull - normal };
+        let force = overlap.normal * along - friction;
         let levers = [overlap.point, overlap.point - offset];
         let mut action = match self.elastic {
             ElasticLaw::OverlapVolume | ElasticLaw::Hertz => Action::through(force, levers),
             ElasticLaw::OverlapEnergy => {
                 let pressure = self.pressure(overlap, pair) * factor;
                 let opposite = overlap.moment - offset.cross(&(overlap.normal * overlap.area));
-                let through_centre = friction + overlap.normal * dashpot;
+                let through_centre = friction + overlap.normal * (dashpot - pull);
                 let torques = [
                     overlap.moment * -pressure - levers[0].cross(&through_centre),
                     opposite * pressure + levers[1].cross(&through_centre),

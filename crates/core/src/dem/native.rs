@@ -19,6 +19,8 @@
 mod bricks_tests;
 #[cfg(test)]
 mod carried_tests;
+#[cfg(test)]
+mod cohesion_tests;
 mod context;
 #[cfg(test)]
 mod cube_tests;
@@ -399,7 +401,7 @@ impl DemEngine for Native {
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.forces.summary()
+        self.forces.summary(self.context.params.contact.as_ref().is_some_and(ContactModel::is_cohesive))
     }
 
     fn contact_states(&self) -> Vec<ContactState> {

@@ -86,6 +86,8 @@ pub(super) fn model(
         friction_kinetic: friction,
         transition_velocity: 1e-3,
         rolling_friction: 0.0,
+        work_of_adhesion: 0.0,
+        cohesion_density: 0.0,
     };
     ContactModel {
         materials: materials.to_vec(),

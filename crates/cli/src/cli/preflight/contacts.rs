@@ -65,7 +65,8 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         rows.push(row("overlap, impact", percent(part), format!("{}{kind}, at {cause}, dry", cells(depth))));
     }
     if let Some((template, depth, part)) = deepest(setup) {
-        let remark = format!("{}{}, one {weight}", cells(depth), kind(setup, template));
+        let cohesion = if contact.is_cohesive() { " and cohesion" } else { "" };
+        let remark = format!("{}{}, one {weight}{cohesion}", cells(depth), kind(setup, template));
         rows.push(row("overlap, at rest", percent(part), remark));
     }
     rows.extend(restitution_rows(contact));

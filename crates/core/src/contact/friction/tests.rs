@@ -17,6 +17,8 @@ fn law(friction: FrictionLaw, restitution: f64) -> PairLaw {
         friction_kinetic: 0.3,
         transition_velocity: 1e-3,
         rolling_friction: 0.0,
+        work_of_adhesion: 0.0,
+        cohesion_density: 0.0,
     };
     let model = ContactModel {
         materials: vec![GLASS],

@@ -17,6 +17,7 @@ fn law(rolling: RollingLaw, twisting: TwistingLaw) -> (PairLaw, Vec<f64>) {
             friction_kinetic: 0.3,
             transition_velocity: 1e-3,
             rolling_friction: MU,
+            ..PairParams::default()
         }],
         law: ElasticLaw::Hertz,
         damping: DampingLaw::Tsuji,

@@ -18,6 +18,8 @@ fn engine(samples: u32, ranks: usize, rank: usize, all: &[Particle]) -> Native {
             friction_kinetic: 0.16,
             transition_velocity: 1e-3,
             rolling_friction: 0.0,
+            work_of_adhesion: 0.0,
+            cohesion_density: 0.0,
         },
         enlargement: 0.05e-3,
         geometry: Geometry::Sampled { samples },

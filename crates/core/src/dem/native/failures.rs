@@ -1,14 +1,11 @@
 //! Errors for a state outside the valid range of the method.
 
+use crate::contact::DEEPEST;
 use crate::error::Error;
 use crate::math::Vec3;
 use crate::particle::Particle;
 use crate::wall::Wall;
 use std::fmt::Arguments;
-
-/// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model; for spheres
-/// half of the radius.
-const DEEPEST: f64 = 0.25;
 
 /// Coordinates (m) in words.
 pub fn position_text(position: Vec3) -> String {

@@ -144,11 +144,11 @@ impl ContactForces {
         states
     }
 
-    /// Counts of the contacts of the sub-step.
-    pub(super) fn summary(&self) -> ContactSummary {
+    /// Counts of the contacts of the sub-step. With cohesion a contact at rest may exert no force.
+    pub(super) fn summary(&self, cohesive: bool) -> ContactSummary {
         ContactSummary {
             count: (self.states.iter())
-                .filter(|state| state.depth > 0.0 && Vec3::from(state.force) != Vec3::zeros())
+                .filter(|state| state.depth > 0.0 && (cohesive || Vec3::from(state.force) != Vec3::zeros()))
                 .count(),
             max_depth: self.states.iter().map(|state| state.depth).fold(0.0, f64::max),
             begun: self.begun,

@@ -16,6 +16,8 @@ const MATERIAL: ContactParams = ContactParams {
         friction_kinetic: 0.16,
         transition_velocity: 1e-3,
         rolling_friction: 0.0,
+        work_of_adhesion: 0.0,
+        cohesion_density: 0.0,
     },
     enlargement: 0.0,
     geometry: Geometry::Exact,

@@ -1,0 +1,163 @@
+//! Laws of contacts that the bodies of a case cannot have: those of round bodies for bodies with edges, and cohesion without its parameter or
+//! so strong that bodies in contact sink too deep into each other.
+
+use super::checks::Document;
+use super::kinds::Kinds;
+use super::walls::PlacedWall;
+use crate::contact::{CohesionLaw, ContactModel, DEEPEST, PairParams};
+use crate::error::Result;
+use crate::output::numbers::small;
+use crate::particle::Template;
+
+/// A law of round bodies.
+struct Round {
+    key: &'static str,
+    does: &'static str,
+    lacks: &'static str,
+    /// Its parameter; a pair with 0 is left alone.
+    parameter: (&'static str, fn(&PairParams) -> f64),
+    instead: &'static str,
+}
+
+const ROLLING: Round = Round {
+    key: "contact.rolling",
+    does: "resists the rolling of round bodies",
+    lacks: "no radius to roll on",
+    parameter: ("rolling_friction", |pair| pair.rolling_friction),
+    instead: "faces and edges resist by themselves",
+};
+const DMT: Round = Round {
+    key: "contact.cohesion",
+    does: "\"dmt\" is the cohesion of round bodies",
+    lacks: "no radius of curvature",
+    parameter: ("work_of_adhesion", |pair| pair.work_of_adhesion),
+    instead: "or take \"sjkr\", which is proportional to the area of the overlap",
+};
+
+/// Refuses laws of round bodies for those with edges, which have no radius.
+pub(super) fn refuse_edges(document: &Document, kinds: &Kinds, model: &ContactModel) -> Result<()> {
+    let laws = [(ROLLING, model.rolling.is_given()), (DMT, model.cohesion == CohesionLaw::Dmt)];
+    for (law, _) in laws.into_iter().filter(|(_, given)| *given) {
+        let Round { key, does, lacks, parameter: (name, value), instead } = law;
+        let acts = |material: usize| {
+            (0..model.materials.len()).any(|other| value(model.pair(material, other)) > 0.0)
+        };
+        let on_edges = |template: &Template| {
+            acts(template.material) && template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
+        };
+        if let Some(index) = kinds.templates.iter().position(on_edges) {
+            let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
+            let kind = kinds.templates[index].shape.kind();
+            let title = format!("`{key}` {does}, but `{shape}` is a {kind}");
+            let has = format!("has edges, and {lacks}");
+            let marks = [(&*shape, &*has), (key, "the law")];
+            let remedy =
+                format!("give it a material of its own whose [[contact.pairs]] have {name} = 0: {instead}");
+            return Err(document.error_at(&marks, &title, &remedy));
+        }
+    }
+    Ok(())
+}
+
+/// A law of cohesion.
+struct Cohesive {
+    law: &'static str,
+    /// Its parameter.
+    name: &'static str,
+    value: fn(&PairParams) -> f64,
+    unit: &'static str,
+    usual: &'static str,
+    /// The power of the depth at rest with which the parameter grows.
+    power: f64,
+}
+
+impl Cohesive {
+    fn of(law: CohesionLaw) -> Option<Self> {
+        match law {
+            CohesionLaw::None => None,
+            CohesionLaw::Dmt => Some(Self {
+                law: "dmt",
+                name: "work_of_adhesion",
+                value: |pair| pair.work_of_adhesion,
+                unit: "J/m2",
+                usual: "0.05",
+                power: 1.5,
+            }),
+            CohesionLaw::Sjkr => Some(Self {
+                law: "sjkr",
+                name: "cohesion_density",
+                value: |pair| pair.cohesion_density,
+                unit: "J/m3",
+                usual: "100",
+                power: 0.5,
+            }),
+        }
+    }
+
+    /// Keys of the case that may give the parameter.
+    fn keys(&self, document: &Document) -> Vec<String> {
+        let pairs = (0..document.case.contact.pairs.len()).map(|pair| format!("contact.pairs.{pair}"));
+        let sections = pairs.chain(["contact".to_owned()]);
+        sections.map(|section| format!("{section}.{}", self.name)).filter(|key| document.has(key)).collect()
+    }
+}
+
+/// Refuses cohesion without its parameter, and cohesion by which bodies that touch would sink into each other, or into a wall, deeper than a
+/// run allows.
+pub(super) fn refuse_cohesion(
+    document: &Document,
+    kinds: &Kinds,
+    walls: &[PlacedWall],
+    model: &ContactModel,
+) -> Result<()> {
+    let Some(cohesive) = Cohesive::of(model.cohesion) else { return Ok(()) };
+    let Cohesive { law, name, value, unit, usual, power } = cohesive;
+    let keys = cohesive.keys(document);
+    if keys.is_empty() {
+        let title = format!("`contact.cohesion` is \"{law}\", but the case gives no `{name}`");
+        let label = format!("needs `{name}`, which is 0 by default");
+        let remedy =
+            format!("give contact.{name} in {unit}, for instance {usual}, or {name} in [[contact.pairs]]");
+        return Err(document.error("contact.cohesion", &title, &label, &remedy));
+    }
+    let of_each = kinds.of_each(|section, _| section);
+    let present = |section: usize| !document.case.particles[section].is_empty();
+    let bodies = kinds.templates.iter().zip(of_each).filter(|(_, section)| present(*section));
+    let bodies: Vec<(&Template, usize)> = bodies.collect();
+    let radius = |template: &Template| 0.5 * template.shape.equivalent_diameter() + model.enlargement;
+    // A body sinks deepest into the largest partner of each material.
+    let mut largest = vec![None::<f64>; model.materials.len()];
+    let of_walls = walls.iter().map(|placed| (placed.wall.material, f64::INFINITY));
+    let sides = bodies.iter().map(|(template, _)| (template.material, radius(template))).chain(of_walls);
+    for (material, radius) in sides.filter(|_| document.case.contact.enabled) {
+        largest[material] = Some(largest[material].map_or(radius, |largest| largest.max(radius)));
+    }
+    for (template, section) in bodies {
+        let partners = largest.iter().enumerate().filter_map(|(other, radius)| Some((other, (*radius)?)));
+        for (other, partner) in partners {
+            let materials = [template.material, other];
+            let depth = model.cohesive_depth(materials, [radius(template), partner]);
+            let allowed = DEEPEST * template.shape.thickness();
+            if depth <= allowed {
+                continue;
+            }
+            let given = value(model.pair(template.material, other));
+            let gives = |key: &&String| document.number(key) == Some(given);
+            let key = keys.iter().find(gives).or(keys.last()).map_or("contact.cohesion", String::as_str);
+            let into = if partner.is_finite() { "another body" } else { "a wall" };
+            let title = format!(
+                "`{key}` is {given} {unit}, which alone presses `particles.{section}` {depth:.3e} m deep into {into}, more than \
+                 the {allowed:.3e} m at which a run ends"
+            );
+            let factor = 0.99 * libm::pow(allowed / depth, power);
+            // More than two digits round off.
+            let stiffer = small(1.06 / factor);
+            let remedy = format!(
+                "take {name} = {:.2e} or less, or Young's moduli {stiffer} times as large",
+                given * factor
+            );
+            return Err(document.error(key, &title, "too strong", &remedy));
+        }
+    }
+    Ok(())
+}
