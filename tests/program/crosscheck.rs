@@ -73,6 +73,7 @@ fn forces_at_rest_are_those_of_hertz_and_of_the_volume_law() {
     for case in ["static-pair", "static-wall"] {
         within(case, "force, d/R = 0.1", 1e-9);
         within(case, "force over Hertz, volume law", 1e-9);
+        within(case, "force with cohesion", 1e-9);
     }
 }
 

@@ -5,6 +5,7 @@
 //! folder says why.
 
 mod channel;
+mod cohesion;
 mod context;
 mod drafting;
 mod friction;
@@ -69,6 +70,7 @@ pub const CASES: &[Case] = &[
     restitution::CASE,
     friction::CASE,
     slope::CASE,
+    cohesion::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,

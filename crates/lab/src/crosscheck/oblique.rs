@@ -5,7 +5,7 @@
 use super::against::LIGGGHTS;
 use super::prelude::*;
 use super::theory::slide;
-use turbid::contact::RollingLaw;
+use turbid::contact::{CohesionLaw, RollingLaw};
 
 /// Steps per duration of the impact.
 const STEPS: usize = 1000;
@@ -40,12 +40,15 @@ struct Throw {
     friction: f64,
     restitution: f64,
     rolling: RollingLaw,
+    /// Density of the energy of cohesion over Young's modulus (-).
+    cohesion: f64,
 }
 
 impl Throw {
     fn plane(what: &'static str, velocity: [f64; 2], friction: f64) -> Self {
         let (normal, across, spins) = (Vec3::x(), Vec3::y(), [Vec3::zeros(); 2]);
-        Self { what, normal, across, velocity, spins, friction, restitution: 1.0, rolling: RollingLaw::None }
+        let (restitution, rolling, cohesion) = (1.0, RollingLaw::None, 0.0);
+        Self { what, normal, across, velocity, spins, friction, restitution, rolling, cohesion }
     }
 
     fn run(self, name: &str, against: &Against) -> Result<Outcome> {
@@ -53,6 +56,8 @@ impl Throw {
         if let Some(contact) = &mut system.contact {
             contact.rolling = self.rolling;
             contact.pairs[0].rolling_friction = ROLLING;
+            contact.pairs[0].cohesion_density = self.cohesion * GLASS.youngs_modulus;
+            contact.cohesion = if self.cohesion > 0.0 { CohesionLaw::Sjkr } else { CohesionLaw::None };
         }
         let at = Vec3::repeat(5e-3);
         let velocity = self.normal * self.velocity[0] + self.across * self.velocity[1];
@@ -202,7 +207,7 @@ pub(super) fn sliding(against: &Against, findings: &mut Findings) -> Result<()> 
     Ok(())
 }
 
-/// Angles at which surfaces stick for all or part of the impact; and resistance to rolling, of which programs are told nothing.
+/// Angles at which surfaces stick for all or part of the impact; and resistance to rolling and cohesion, of which programs are told nothing.
 pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()> {
     let throw = |what, degrees: f64, restitution, rolling| {
         let plane = Throw::plane(what, [1.0, degrees.to_radians().tan()], 0.3);
@@ -222,6 +227,9 @@ pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()>
         ] {
             throws.push(Throw { spins, ..throw(what, 5.0, 0.8, rolling) });
         }
+        // A tenth of the largest elastic force.
+        let cohesive = throw("15 degrees, cohesion by density", 15.0, 0.8, RollingLaw::None);
+        throws.push(Throw { cohesion: 0.002, ..cohesive });
     }
     for (n, throw) in throws.into_iter().enumerate() {
         let Outcome { tracks, .. } = throw.run(&format!("sticking-{n}"), against)?;

@@ -1,7 +1,10 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
+use super::against::LIGGGHTS;
 use super::prelude::*;
 use super::theory::{cap_ratio, lens_ratio};
+use std::f64::consts::PI;
+use turbid::contact::CohesionLaw;
 
 /// So short a step (s) that no sphere moves, however hard it is pressed.
 pub(super) const STEP: f64 = 1e-15;
@@ -17,7 +20,17 @@ const HERTZ: Limit =
     (1e-9, "relative, with the depth of the stored positions, worst of all depths: rounding");
 const VOLUME: Limit =
     (1e-9, "relative, worst of all depths: small depths lose digits in the closed forms of the volumes");
+const COHESIVE: Limit = (
+    1e-9,
+    "over the sum of elastic force and cohesion, d/R from 1e-6, where LIGGGHTS's area is no small difference: rounding",
+);
 const PAIRWISE: Limit = (1e-15, "relative to the force: the forces are equal and opposite");
+
+/// Density of the energy of cohesion by pair of materials (J/m^3).
+const COHESION: [f64; 4] = [1e6, 3e5, 3e5, 1e5];
+
+/// Depths over the radius below which the area of a sphere at a wall, a difference of squares in LIGGGHTS, has lost its digits.
+const CANCELLED: f64 = 0.99e-6;
 
 /// Depths over the radius of the first sphere, four per decade from 1e-8 to 0.1.
 fn depths() -> impl Iterator<Item = f64> {
@@ -62,6 +75,18 @@ impl Contact {
         (hertz, ratio)
     }
 
+    /// Depth (m) of the first sphere, with this id, in its partner, and the unit vector to there.
+    fn depth(&self, system: &Setup, id: usize) -> (f64, Vec3) {
+        let at = |id: usize| system.particles[id].position();
+        if self.other.is_some() {
+            let line = at(id + 1) - at(id);
+            let distance = line.norm();
+            (radius(system, id) + radius(system, id + 1) - distance, line / distance)
+        } else {
+            (radius(system, id) - at(id).z, -Vec3::z())
+        }
+    }
+
     /// Adds the spheres of all depths; the first of them has this index in a grid of positions.
     fn add_to(&self, system: &mut Setup, first: usize) {
         // Every radius comes in all materials.
@@ -82,39 +107,74 @@ impl Contact {
     }
 }
 
+/// Spheres in these contacts, pressed to all depths.
+fn pressed(name: String, contacts: &[Contact], laws: Laws) -> Setup {
+    let mut system = glass(name, 1.0, 0.0, laws);
+    let kinds = RADII.iter().flat_map(|&radius| (0..2).map(move |material| sphere(radius, material)));
+    system.templates = kinds.collect();
+    system.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
+    system.domain = open([64, 64, 16], 0.5e-3);
+    if contacts.iter().any(|contact| contact.other.is_none()) {
+        system.walls.push(plane(2, 0.0, true));
+    }
+    for (k, contact) in contacts.iter().enumerate() {
+        contact.add_to(&mut system, k * depths().count());
+    }
+    system
+}
+
+/// Force at rest with cohesion by the area of the overlap, of which programs are told nothing.
+fn cohesive(name: &str, contacts: &[Contact], against: &Against, findings: &mut Findings) -> Result<()> {
+    if against.name != LIGGGHTS {
+        return Ok(());
+    }
+    let mut system = pressed(format!("{name}-cohesive"), contacts, SAME);
+    if let Some(model) = &mut system.contact {
+        model.cohesion = CohesionLaw::Sjkr;
+        for (pair, density) in model.pairs.iter_mut().zip(COHESION) {
+            pair.cohesion_density = density;
+        }
+    }
+    let tracks = record(&system, against, STEP, 1)?;
+    let mut id = 0;
+    for contact in contacts {
+        let (hertz, _) = contact.theory();
+        let density =
+            COHESION[contact.sphere[1] * MATERIALS.len() + contact.other.map_or(0, |[_, other]| other)];
+        let (mut apart, mut last) = (Vec::new(), [None; 3]);
+        for depth in depths() {
+            let (stored, towards) = contact.depth(&system, id);
+            let forces = tracks.each_ref().map(|track| -track.resting_force(id).dot(&towards));
+            if depth > CANCELLED {
+                let pull = density * 2.0 * PI * hertz.radius * stored;
+                apart.push((forces[0] - forces[1]).abs() / (hertz.force(stored) + pull));
+            }
+            last = [Some(forces[0]), Some(forces[1]), None];
+            id += 1 + usize::from(contact.other.is_some());
+        }
+        let quantity = format!("force with cohesion, d/R = 0.1, {} (N)", contact.what);
+        findings.given(quantity, last, worst(apart), COHESIVE);
+    }
+    Ok(())
+}
+
 /// Force at rest of contacts over all depths, under both laws of the native engine.
 fn measure(name: &str, contacts: &[Contact], against: &Against, findings: &mut Findings) -> Result<()> {
     for (laws, label) in [(SAME, "hertz"), (OWN, "volume")] {
-        let mut system = glass(format!("{name}-{label}"), 1.0, 0.0, laws);
-        let kinds = RADII.iter().flat_map(|&radius| (0..2).map(move |material| sphere(radius, material)));
-        system.templates = kinds.collect();
-        system.contact = Some(model(&MATERIALS, &[1.0; 4], 0.0, laws));
-        system.domain = open([64, 64, 16], 0.5e-3);
-        if contacts.iter().any(|contact| contact.other.is_none()) {
-            system.walls.push(plane(2, 0.0, true));
-        }
-        for (k, contact) in contacts.iter().enumerate() {
-            contact.add_to(&mut system, k * depths().count());
-        }
+        let system = pressed(format!("{name}-{label}"), contacts, laws);
         let tracks = record(&system, against, STEP, 1)?;
         let mut id = 0;
         for contact in contacts {
             let (hertz, ratio) = contact.theory();
             let mut curve = Curve::default();
             for depth in depths() {
-                let at = |id: usize| system.particles[id].position();
-                let (stored, towards) = if contact.other.is_some() {
-                    let line = at(id + 1) - at(id);
-                    (radius(&system, id) + radius(&system, id + 1) - line.norm(), line)
-                } else {
-                    (radius(&system, id) - at(id).z, -Vec3::z())
-                };
+                let (stored, towards) = contact.depth(&system, id);
                 curve.depth.push(depth);
                 curve.hertz.push(hertz.force(stored));
                 curve.ratio.push(ratio(stored));
                 for (i, track) in tracks.iter().enumerate() {
                     let force = track.resting_force(id);
-                    curve.forces[i].push(-force.dot(&towards) / towards.norm());
+                    curve.forces[i].push(-force.dot(&towards));
                     if contact.other.is_some() {
                         let unpaired = (force + track.resting_force(id + 1)).norm() / force.norm();
                         curve.unpaired[i] = curve.unpaired[i].max(unpaired);
@@ -176,12 +236,14 @@ pub(super) fn pairs(against: &Against, findings: &mut Findings) -> Result<()> {
         pair("glass on soft", "r00_m01", [0, 0], [0, 1]),
         pair("R2 = 0.4 R1, soft on glass", "r01_m10", [0, 1], [1, 0]),
     ];
-    measure("static-pair", &contacts, against, findings)
+    measure("static-pair", &contacts, against, findings)?;
+    cohesive("static-pair", &contacts, against, findings)
 }
 
 /// Spheres of both sizes and materials pressed into a wall of glass.
 pub(super) fn wall(against: &Against, findings: &mut Findings) -> Result<()> {
     let wall = |what, stem, sphere| Contact { what, stem, sphere, other: None };
     let contacts = [wall("glass on glass", "r0_m0", [0, 0]), wall("small soft on glass", "r1_m1", [1, 1])];
-    measure("static-wall", &contacts, against, findings)
+    measure("static-wall", &contacts, against, findings)?;
+    cohesive("static-wall", &contacts, against, findings)
 }

@@ -35,6 +35,8 @@ pub(super) enum Fault {
     Restitution,
     /// Friction is a tenth too strong.
     Friction,
+    /// Cohesion is 5 % too strong.
+    Cohesion,
 }
 
 impl Fault {
@@ -84,6 +86,12 @@ impl Fault {
                     pair.friction_kinetic *= 1.1;
                 }
             }
+            Self::Cohesion => {
+                for pair in contact.iter_mut().flat_map(|contact| &mut contact.pairs) {
+                    pair.work_of_adhesion *= 1.05;
+                    pair.cohesion_density *= 1.05;
+                }
+            }
         }
     }
 }
@@ -107,7 +115,7 @@ fn fails(case: &Case, part: usize, fault: Option<Fault>) -> bool {
 }
 
 /// Faults, each with the part of a case that must detect it.
-const NOTICED: [(Fault, &Case, usize); 10] = [
+const NOTICED: [(Fault, &Case, usize); 11] = [
     (Fault::RelaxationTime, &shear_wave::CASE, 0),
     (Fault::TimeStep, &shear_wave::CASE, 0),
     (Fault::ForceUnit, &settling_tank::CASE, 0),
@@ -118,6 +126,7 @@ const NOTICED: [(Fault, &Case, usize); 10] = [
     (Fault::ContactPrefactor, &hertz::CASE, 0),
     (Fault::Restitution, &restitution::CASE, 0),
     (Fault::Friction, &friction::CASE, 0),
+    (Fault::Cohesion, &cohesion::CASE, 0),
 ];
 
 #[test]

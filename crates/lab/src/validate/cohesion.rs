@@ -1,0 +1,114 @@
+//! Cohesion of spheres: `validation/cohesion`.
+
+use super::prelude::*;
+use std::f64::consts::PI;
+
+const LIFT: &str = include_str!("../../../../validation/cohesion/case.toml");
+const PULL: &str = include_str!("../../../../validation/cohesion/pull.toml");
+const STICK: &str = include_str!("../../../../validation/cohesion/stick.toml");
+
+pub(super) const CASE: Case = Case {
+    name: "cohesion",
+    question: "cohesion of spheres: pull-off force, weight that a plate lifts, depth at rest",
+    source: DMT,
+    parts: &[Part::quick(1.0, pull), Part::quick(1.0, lift), Part::quick(1.0, stick)],
+};
+
+const DMT: &str = "2 pi w R*, Derjaguin, Muller and Toporov (1975), doi:10.1016/0021-9797(75)90018-1";
+const LAWS: [&str; 2] = ["overlap_volume", "hertz"];
+const RADIUS: f64 = 1e-3;
+/// Work of adhesion (J/m^2) and density of the energy of cohesion (J/m^3) of the cases.
+const WORK: f64 = 0.05;
+const DENSITY: f64 = 3e4;
+/// Of the pull-off force and of the depth at rest, as a part.
+const TOLERANCE: f64 = 5e-3;
+/// Of the height of a lifted sphere over that of the plate (-).
+const HEIGHT: f64 = 0.02;
+
+/// Largest force by which a sphere is pulled back as it is moved slowly away from another.
+fn pull(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    for law in LAWS {
+        let setup = context.setup(PULL, CASE.name, &[format!("contact.law={law:?}")])?;
+        let mut run = Simulation::solo(&setup)?;
+        let (mut largest, mut deepest) = (0.0_f64, 0.0_f64);
+        let mut history = Vec::new();
+        for _ in 0..setup.plan.end_step {
+            run.advance(1)?;
+            let depth = 2.0 * RADIUS - (run.particles()[1].position() - run.particles()[0].position()).norm();
+            deepest = deepest.max(depth);
+            for state in run.dem().contact_states() {
+                // On the first, whose partner is at larger x.
+                let force = state.force[0];
+                largest = largest.max(force);
+                history.push([depth * 1e6, force * 1e6]);
+            }
+        }
+        if run.dem().contacts().count > 0 || deepest < 1e-6 {
+            return Err(unsteady("depth (m)", deepest));
+        }
+        let quantity = format!("largest force by which two spheres are pulled apart, law {law} (N)");
+        found.relative(quantity, largest, PI * WORK * RADIUS, TOLERANCE);
+        if law == "hertz" {
+            let modulus = setup.contact.as_ref().map_or(f64::NAN, |model| {
+                0.5 * model.materials[0].youngs_modulus / (1.0 - model.materials[0].poisson_ratio.powi(2))
+            });
+            let theory = (0..=100).map(|n| f64::from(n) * 0.02e-6).map(|depth| {
+                let elastic = 4.0 / 3.0 * modulus * (0.5 * RADIUS).sqrt() * depth.powf(1.5);
+                [depth * 1e6, (PI * WORK * RADIUS - elastic) * 1e6]
+            });
+            found.plot(
+                "pull",
+                "Force between two spheres of 2 mm, work of adhesion 0.05 J/m2",
+                ["overlap (um)", "pull (uN)"],
+                [reference("Hertz and DMT", theory.collect::<Vec<_>>()), measured("measured", history)],
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Spheres a little lighter and heavier than the pull-off force, under a plate that rises.
+fn lift(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    for law in LAWS {
+        let setup = context.setup(LIFT, CASE.name, &[format!("contact.law={law:?}")])?;
+        let mut run = Simulation::solo(&setup)?;
+        run.advance(setup.plan.end_step)?;
+        let plate =
+            setup.walls.iter().find(|wall| wall.name == "plate").map(|plate| plate.surface_at(run.time()));
+        let height = plate.map_or(f64::NAN, |plate| plate.distance(Vec3::zeros())) - 2.0 * RADIUS;
+        for (n, what, lifted) in
+            [(0, "0.98 of the pull-off force", 1.0), (1, "1.02 of the pull-off force", 0.0)]
+        {
+            let part = (run.particles()[n].position().z - RADIUS) / height;
+            let quantity = format!("height of a sphere of {what} over that of the plate, law {law} (-)");
+            found.absolute(quantity, part, lifted, HEIGHT);
+        }
+    }
+    Ok(())
+}
+
+/// Depth at rest of spheres that stick by the area of their overlap.
+fn stick(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let setup = context.setup(STICK, CASE.name, &[])?;
+    let mut run = Simulation::solo(&setup)?;
+    run.advance(setup.plan.end_step)?;
+    let (all, contacts) = (run.particles(), run.dem().contacts());
+    if contacts.count != 2 {
+        return Err(unsteady("contacts at rest", contacts.count as f64));
+    }
+    let Some(material) = setup.contact.as_ref().map(|model| model.materials[0]) else {
+        return Err(unsteady("contacts at rest", 0.0));
+    };
+    let modulus = 0.5 * material.youngs_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio);
+    let part = 1.5 * PI * DENSITY / modulus;
+    let pair = 2.0 * RADIUS - (all[1].position() - all[0].position()).norm();
+    for (what, depth, radius) in
+        [("two spheres", pair, 0.5 * RADIUS), ("a sphere and a wall", RADIUS - all[2].position().z, RADIUS)]
+    {
+        let quantity = format!("depth at which {what} stick, cohesion by density (m)");
+        found
+            .relative(quantity, depth, radius * part * part, TOLERANCE)
+            .source("Hertz and k A: R* (3 pi k / (2 E*))^2 of small overlaps");
+    }
+    Ok(())
+}
