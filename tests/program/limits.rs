@@ -112,10 +112,19 @@ fn no_limit_ends_a_run_with_a_signal_a_panic_or_a_hang() {
     };
     let least = (1..256).map(|n| n << 24).find(loads).expect("4 GiB are enough");
     let room = [0, 4, 16, 64, 256].map(|more| (libc::RLIMIT_AS, least + (more << 20)));
+    // Pages with which the first thread cannot be started, and with which it can; there it may lack what it needs beside its stack.
+    let mut pages = [least, least + (16 << 20)].map(|bytes| bytes >> 12);
+    while pages[1] > pages[0] + 1 {
+        let middle = u64::midpoint(pages[0], pages[1]);
+        let (_, said) =
+            ends(&place, (libc::RLIMIT_AS, middle << 12), None, &["run", "case.toml", "--overwrite"]);
+        pages[usize::from(!said.contains("cannot handle signals"))] = middle;
+    }
+    let stacks: Vec<_> = (0..60).map(|n| (libc::RLIMIT_AS, (pages[1] + n % 12) << 12)).collect();
     let files = [8, 16, 64].map(|most| (libc::RLIMIT_NOFILE, most));
     let sizes = [0, 1000, 100_000].map(|most| (libc::RLIMIT_FSIZE, most));
     let processes = [1, 2, 64].map(|most| (libc::RLIMIT_NPROC, most));
-    let limits = [&room[..], &files, &sizes, &processes].concat();
+    let limits = [&room[..], &stacks, &files, &sizes, &processes].concat();
     for (n, limit) in limits.into_iter().enumerate() {
         let user = (is_root() && limit.0 == libc::RLIMIT_NPROC).then_some(NOBODY + 1);
         let out = format!("out{n}");

@@ -5,6 +5,7 @@
 use crate::error::{Error, Result};
 use bytemuck::Zeroable;
 use std::cell::Cell;
+use std::io;
 
 /// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that
 /// are written.
@@ -48,6 +49,16 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize, what: &str) -> Result<Vec<T>> {
     let mut list = with_capacity(len, what)?;
     list.resize(len, T::zeroed());
     Ok(list)
+}
+
+/// Checks that a thread can be started: without room for what it makes at its start, beside its stack of 2 MiB, the standard library panics in it, or
+/// the C library ends the process.
+///
+/// # Errors
+/// That memory is out.
+pub fn room_for_thread() -> io::Result<()> {
+    const ROOM: usize = 3 << 20;
+    trying(|| Vec::<u8>::new().try_reserve_exact(ROOM)).map_err(|_| io::ErrorKind::OutOfMemory.into())
 }
 
 /// The error for an allocation of this many bytes that failed.

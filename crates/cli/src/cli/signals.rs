@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 use turbid::error::{Error, Result};
+use turbid::memory;
 use turbid::simulation::RunOptions;
 
 /// Time after the first SIGINT in which others are ignored: a key that is held down, or a launcher that repeats it.
@@ -37,6 +38,7 @@ pub(super) fn listen(options: &RunOptions, answer: &'static str) -> Result<()> {
         }
         flag::register(SIGUSR1, Arc::clone(&options.checkpoint))?;
         let mut interrupts = Signals::new([SIGINT])?;
+        memory::room_for_thread()?;
         thread::Builder::new().name("signals".to_string()).spawn(move || {
             let mut first = None;
             for _ in &mut interrupts {

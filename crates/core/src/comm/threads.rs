@@ -3,6 +3,7 @@
 use super::traffic::Counters;
 use super::{Comm, Pattern, Transport, buffers};
 use crate::error::{Error, Result};
+use crate::memory;
 use bytemuck::Pod;
 use std::any::Any;
 use std::collections::{HashMap, VecDeque};
@@ -346,7 +347,9 @@ fn start<R: Send>(
             .map(|rank| {
                 let begin = move || complete.wait().then(|| run(rank));
                 let refused = |error| no_thread((rank, ranks), &error);
-                thread(rank).spawn_scoped(scope, begin).map_err(refused)
+                memory::room_for_thread()
+                    .and_then(|()| thread(rank).spawn_scoped(scope, begin))
+                    .map_err(refused)
             })
             .collect();
         complete.set(threads.is_ok()).expect("told once");
