@@ -23,6 +23,7 @@ use turbid::case::Setup;
 use turbid::checkpoint;
 use turbid::error::{Error, Result};
 use turbid::input;
+use turbid::memory;
 use turbid::output::{OutputFiles, Summary};
 use turbid::simulation::{Progress, RunOptions};
 
@@ -117,7 +118,8 @@ pub(super) fn serve(flags: &LiveFlags, options: &mut RunOptions, terminal: &Arc<
     let live = Arc::new(Live { requests, ..Live::default() });
     let (server, address) = bind(port)?;
     options.progress = Some(Arc::new(Follower { terminal: Arc::clone(terminal), live: Arc::clone(&live) }));
-    let started = thread::Builder::new().name("server".to_string()).spawn(move || server.serve(&live));
+    let thread = thread::Builder::new().name("server".to_string());
+    let started = memory::room_for_thread().and_then(|()| thread.spawn(move || server.serve(&live)));
     started.map_err(|error| Error::io("start a thread of", Path::new("this process"), error))?;
     notice(&format!("live page: {address}"));
     Ok(())

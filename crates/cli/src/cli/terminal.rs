@@ -10,6 +10,7 @@ use std::thread;
 use std::time::Duration;
 use turbid::comm;
 use turbid::error::Error;
+use turbid::memory;
 
 /// Time after which a spinner is shown, and its interval.
 const MOMENT: Duration = Duration::from_secs(1);
@@ -129,7 +130,7 @@ pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
             bar.finish_and_clear();
         };
         // Without a thread there is no spinner.
-        let _ = thread::Builder::new().spawn_scoped(scope, spinner);
+        let _ = memory::room_for_thread().and_then(|()| thread::Builder::new().spawn_scoped(scope, spinner));
         let result = work();
         drop(done);
         result

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
+use turbid::memory;
 
 /// Header that holds the token.
 pub(super) const TOKEN: &str = "X-Turbid-Token";
@@ -93,7 +94,8 @@ impl Server {
                 // A client that is gone misses nothing.
                 let _ = converse(stream, &token, &*site);
             };
-            let _ = thread::Builder::new().name("page".to_string()).spawn(work);
+            let thread = thread::Builder::new().name("page".to_string());
+            let _ = memory::room_for_thread().and_then(|()| thread.spawn(work));
         }
     }
 }
