@@ -14,7 +14,6 @@
 #[cfg(test)]
 mod tests;
 
-use super::law::effective_modulus;
 use super::{CohesionLaw, ContactModel, PairParams};
 use std::f64::consts::PI;
 
@@ -67,25 +66,5 @@ impl ContactModel {
     /// True if bodies that touch pull at each other.
     pub fn is_cohesive(&self) -> bool {
         self.cohesion != CohesionLaw::None
-    }
-
-    /// Depth (m) at which two spheres without damping rest that nothing but cohesion presses together, of these materials and radii (m), of
-    /// which that of a wall is infinite: elastic force of Hertz, area of small overlaps.
-    pub fn cohesive_depth(&self, materials: [usize; 2], [first, second]: [f64; 2]) -> f64 {
-        let radius = first / (1.0 + first / second);
-        let [a, b] = materials.map(|index| &self.materials[index]);
-        let modulus = effective_modulus(a, b);
-        let cohesion = Cohesion::new(self, self.pair(materials[0], materials[1]));
-        match cohesion.law {
-            CohesionLaw::None => 0.0,
-            CohesionLaw::Dmt => {
-                let force = cohesion.force(0.0, radius);
-                libm::pow(0.75 * force / (modulus * radius.sqrt()), 2.0 / 3.0)
-            }
-            CohesionLaw::Sjkr => {
-                let part = 1.5 * PI * cohesion.strength / modulus;
-                radius * part * part
-            }
-        }
     }
 }

@@ -10,6 +10,7 @@
 //! # Reference
 //! Johnson (1985), Contact Mechanics, sections 4.2 and 11.4.
 
+use super::law::effective_modulus;
 use super::{Cohesion, ContactModel, ElasticLaw};
 use std::f64::consts::PI;
 
@@ -24,6 +25,23 @@ pub struct SpherePair {
     /// `m*` (kg).
     mass: f64,
     cohesion: Cohesion,
+}
+
+impl ContactModel {
+    /// Depth (m) at which two spheres rest that nothing but cohesion presses together, of these materials and radii (m), of which that of a
+    /// wall is infinite.
+    pub fn cohesive_depth(&self, materials: [usize; 2], [first, second]: [f64; 2]) -> f64 {
+        let [a, b] = materials;
+        let pair = SpherePair {
+            law: self.law,
+            modulus: effective_modulus(&self.materials[a], &self.materials[b]),
+            radius: first / (1.0 + first / second),
+            // Depths at rest do not depend on it.
+            mass: 0.0,
+            cohesion: Cohesion::new(self, self.pair(a, b)),
+        };
+        pair.static_depth(0.0)
+    }
 }
 
 impl SpherePair {

@@ -75,16 +75,22 @@ impl Interpolated {
 struct Outbox {
     kernels: Arc<Kernels>,
     messages: [Array; 2],
-    /// First number for a peer, by the phase entered.
-    first: BTreeMap<usize, [usize; 2]>,
+    /// By peer.
+    parts: BTreeMap<usize, Part>,
 }
 
-/// Numbers from a peer: its outbox, the first one there, the first of [`Crossing::to`], and their count, by the phase entered.
+/// Numbers for a peer, or from it, in the lists of a block: first one and count, by the phase entered.
+#[derive(Clone, Copy)]
+struct Part {
+    first: [usize; 2],
+    counts: [usize; 2],
+}
+
+/// Numbers from a peer: its outbox, those that are for this block there, and in [`Crossing::to`].
 struct Incoming {
     outbox: Arc<Outbox>,
-    first: [usize; 2],
-    at: [usize; 2],
-    counts: [usize; 2],
+    sent: Part,
+    part: Part,
 }
 
 /// Ways from block to block.
@@ -100,8 +106,6 @@ struct Crossing<S> {
     from: [Array; 2],
     to: [Array; 2],
     counts: [usize; 2],
-    /// By peer.
-    each: Vec<(usize, [usize; 2])>,
     outbox: Arc<Outbox>,
     /// The one of its messages that is next.
     turn: usize,
@@ -117,12 +121,11 @@ impl<S: Population> Crossing<S> {
             filled(queue, &all, LINKS)
         };
         // As many come from a peer as it is sent.
-        let (mut counts, mut first, mut each) = ([0; 2], BTreeMap::new(), Vec::new());
+        let (mut counts, mut parts) = ([0; 2], BTreeMap::new());
         for ((peer, even), (_, odd)) in by_phase[0].iter().zip(&by_phase[1]) {
-            let of_peer = [even[0].len(), odd[0].len()];
-            first.insert(*peer, counts);
-            each.push((*peer, of_peer));
-            counts = [counts[0] + of_peer[0], counts[1] + of_peer[1]];
+            let part = Part { first: counts, counts: [even[0].len(), odd[0].len()] };
+            parts.insert(*peer, part);
+            counts = [0, 1].map(|phase| counts[phase] + part.counts[phase]);
         }
         let room = |count: usize| queue.zeroed(count * size_of::<S>(), "the messages of a block");
         let most = counts[0].max(counts[1]);
@@ -131,32 +134,30 @@ impl<S: Population> Crossing<S> {
             from: [fill(0, 0)?, fill(1, 0)?],
             to: [fill(0, 1)?, fill(1, 1)?],
             counts,
-            each,
-            outbox: Arc::new(Outbox { kernels: kernels.clone(), messages, first }),
+            outbox: Arc::new(Outbox { kernels: kernels.clone(), messages, parts }),
             turn: 0,
             way: Way::Host { packed: vec![S::zeroed(); most], came: room(most)? },
         })
     }
 
-    /// Takes the way on the device if all ranks are threads that use the same one. Collective.
+    /// Takes the way on the device if there are several ranks, all of them threads that use the same one. Collective.
     ///
     /// # Errors
     /// As [`Comm::halo`].
     fn connect(&mut self, comm: &Comm) -> Result<()> {
         let Some(all) = comm.share(self.outbox.clone()) else { return Ok(()) };
-        if all.iter().any(|outbox| !Arc::ptr_eq(&outbox.kernels, &all[0].kernels)) {
+        let same = all.iter().all(|outbox| Arc::ptr_eq(&outbox.kernels, &self.outbox.kernels));
+        if comm.size() == 1 || !same {
             return Ok(());
         }
-        let mut at = [0; 2];
-        let incoming = self.each.iter().map(|&(peer, counts)| {
+        let parts = &self.outbox.parts;
+        let from = |(&peer, &part): (&usize, &Part)| {
             let outbox = all[peer].clone();
-            let incoming = Incoming { first: outbox.first[&comm.rank()], outbox, at, counts };
-            at = [at[0] + counts[0], at[1] + counts[1]];
-            incoming
-        });
-        let incoming = incoming.collect();
-        let peers: Vec<usize> = self.each.iter().map(|(peer, _)| *peer).collect();
-        self.way = Way::Device { incoming, ready: comm.halo(&peers, &vec![1; peers.len()])? };
+            Incoming { sent: outbox.parts[&comm.rank()], outbox, part }
+        };
+        let peers: Vec<usize> = parts.keys().copied().collect();
+        let ready = comm.halo(&peers, &vec![1; peers.len()])?;
+        self.way = Way::Device { incoming: parts.iter().map(from).collect(), ready };
         Ok(())
     }
 }
@@ -265,11 +266,10 @@ impl<S: Population> DeviceSweep<S> {
                 halo.late.send(rest, entered);
             }
             // When the neighbours pack this one of their messages again, they will know that this block has finished the other.
-            Way::Device { incoming, ready } if !incoming.is_empty() => {
+            Way::Device { ready, .. } => {
                 failed = failed.and_then(|()| self.queue.finish());
                 ready.start();
             }
-            Way::Device { .. } => {}
         }
         failed = failed.and(self.copy(&self.exchange.own[at], array));
         let Crossing { counts, way, .. } = &mut self.exchange.crossing;
@@ -281,8 +281,7 @@ impl<S: Population> DeviceSweep<S> {
                 assert_eq!(packed.len(), counts[at], "as many numbers come as are sent");
                 failed = failed.and_then(|()| self.queue.write(came, packed));
             }
-            Way::Device { incoming, ready } if !incoming.is_empty() => ready.finish(),
-            Way::Device { .. } => {}
+            Way::Device { ready, .. } => ready.finish(),
         }
         failed = failed.and_then(|()| self.unpack(array, at));
         self.exchange.crossing.turn ^= 1;
@@ -336,7 +335,12 @@ impl<S: Population> DeviceSweep<S> {
             Way::Host { .. } if counts[at] == 0 => Ok(()),
             Way::Host { came, .. } => unpack(came, 0, 0, counts[at]),
             Way::Device { incoming, .. } => incoming.iter().try_for_each(|from| {
-                unpack(&from.outbox.messages[*turn], from.first[at], from.at[at], from.counts[at])
+                unpack(
+                    &from.outbox.messages[*turn],
+                    from.sent.first[at],
+                    from.part.first[at],
+                    from.part.counts[at],
+                )
             }),
         }
     }
