@@ -120,6 +120,9 @@ pub(super) fn refuse_cohesion(
             format!("give contact.{name} in {unit}, for instance {usual}, or {name} in [[contact.pairs]]");
         return Err(document.error("contact.cohesion", &title, &label, &remedy));
     }
+    if !document.case.contact.enabled {
+        return Ok(());
+    }
     let of_each = kinds.of_each(|section, _| section);
     let present = |section: usize| !document.case.particles[section].is_empty();
     let bodies = kinds.templates.iter().zip(of_each).filter(|(_, section)| present(*section));
@@ -129,7 +132,7 @@ pub(super) fn refuse_cohesion(
     let mut largest = vec![None::<f64>; model.materials.len()];
     let of_walls = walls.iter().map(|placed| (placed.wall.material, f64::INFINITY));
     let sides = bodies.iter().map(|(template, _)| (template.material, radius(template))).chain(of_walls);
-    for (material, radius) in sides.filter(|_| document.case.contact.enabled) {
+    for (material, radius) in sides {
         largest[material] = Some(largest[material].map_or(radius, |largest| largest.max(radius)));
     }
     for (template, section) in bodies {
