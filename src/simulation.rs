@@ -179,12 +179,14 @@ impl FluidSystem {
             let units = setup.units();
             let middle = |cell: [usize; 3]| Vec3::from_fn(|i, _| (cell[i] as f64 + 0.5) * units.dx);
             let squared = units.velocity() * units.velocity();
+            // A flow has its velocity in the middle of a collision, when half the acceleration of the step has been added.
+            let half = 0.5 * units.dt * driving.acceleration(0);
             fluid.set_flow(|cell| {
                 let at = middle(cell);
                 FlowState {
                     // The pressure is a third of the density.
                     density: 1.0 + 3.0 * flow.pressure(at) / squared,
-                    velocity: (flow.velocity(at) / units.velocity()).into(),
+                    velocity: ((flow.velocity(at) - half) / units.velocity()).into(),
                     strain: flow.strain(at).map(|rate| rate * units.dt),
                 }
             });

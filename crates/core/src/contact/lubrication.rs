@@ -91,8 +91,8 @@ pub struct Tangential {
     pub strength: [f64; 2],
     /// Less of them for strongly curved surfaces, likewise (cells).
     pub curved: [f64; 2],
-    /// Power with which they fall off at wider gaps (-).
-    pub power: f64,
+    /// Twice the power with which they fall off at wider gaps (-): a root and products, no `pow` for each of thousands of gaps.
+    pub twice_power: u32,
     /// Part of rolling that is left at wide gaps (-).
     pub tail: f64,
 }
@@ -100,7 +100,7 @@ pub struct Tangential {
 impl Tangential {
     /// Logarithms of these strengths, for surfaces of any curvature.
     pub const fn plain(strength: [f64; 2]) -> Self {
-        Self { strength, curved: [0.0; 2], power: 1.0, tail: 0.0 }
+        Self { strength, curved: [0.0; 2], twice_power: 2, tail: 0.0 }
     }
 }
 
@@ -114,8 +114,8 @@ impl Unresolved {
             square: 0.85,
             bulging: 1.0,
             tangential: [
-                Tangential { strength: [0.285, 0.38], curved: [1.8, 1.0], power: 2.5, tail: 0.0 },
-                Tangential { strength: [0.0, 0.59], curved: [0.0, 0.5], power: 6.5, tail: 0.02 },
+                Tangential { strength: [0.285, 0.38], curved: [1.8, 1.0], twice_power: 5, tail: 0.0 },
+                Tangential { strength: [0.0, 0.59], curved: [0.0, 0.5], twice_power: 13, tail: 0.02 },
             ],
         }
     }
@@ -232,9 +232,12 @@ impl Lubrication {
         let linear = linear[kind] + curved * curvature;
         let decay = (1.0 + cells * (linear + square * (reduced / self.cell) * cells)) * (1.0 + bulge);
         let [first, second] = gap.curvatures;
-        let Tangential { strength, curved, power, tail } = tangential[kind];
+        let Tangential { strength, curved, twice_power, tail } = tangential[kind];
+        let power = 0.5 * f64::from(twice_power);
         let [sliding, rolling] = [0, 1].map(|k| {
-            let logarithm = libm::log1p(libm::pow(strength[k] / cells, power)) / power + [0.0, tail][k];
+            let root = (strength[k] / cells).sqrt();
+            let ratio = (0..twice_power).fold(1.0, |product, _| product * root);
+            let logarithm = libm::log1p(ratio) / power + [0.0, tail][k];
             2.0 * unit / (first * second).sqrt() * (1.0 - curved[k] * curvature) * logarithm
         });
         Resistances {
@@ -249,22 +252,23 @@ impl Lubrication {
 
 impl Film {
     /// Rates that the film adds to those of the bodies.
-    pub fn rates(&self, bodies: [Mobility; 2]) -> [Rates; 2] {
-        let Self([normal, tangential @ ..]) = self;
+    pub fn rates(&self, bodies: [&Mobility; 2]) -> [Rates; 2] {
+        let terms = &self.0;
         std::array::from_fn(|i| {
             let Mobility { mass, inertia } = bodies[i];
+            let turned: [Vec3; 5] = std::array::from_fn(|n| inertia * terms[n].arms[i]);
             // Change of the velocity of one term by a unit impulse of another one, or of itself.
-            let change = |term: &Term, by: &Term| {
-                mass * term.direction.dot(&by.direction) + term.arms[i].dot(&(inertia * by.arms[i]))
+            let change = |n: usize, by: usize| {
+                mass * terms[n].direction.dot(&terms[by].direction) + terms[n].arms[i].dot(&turned[by])
             };
-            let own = |term: &Term| term.resistance * change(term, term);
+            let own = |n: usize| terms[n].resistance * change(n, n);
             // An upper bound of the largest eigenvalue of two terms.
-            let both = |pair: &[Term]| {
-                let [one, other] = [&pair[0], &pair[1]];
-                let mixed = (one.resistance * other.resistance).sqrt() * change(one, other).abs();
+            let both = |one: usize, other: usize| {
+                let mixed =
+                    (terms[one].resistance * terms[other].resistance).sqrt() * change(one, other).abs();
                 own(one).max(own(other)) + mixed
             };
-            [own(normal), both(&tangential[..2]) + both(&tangential[2..])]
+            [own(0), both(1, 2) + both(3, 4)]
         })
     }
 

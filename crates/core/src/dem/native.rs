@@ -70,6 +70,7 @@ use crate::particle::{Particle, ParticleStore, PrescribedMotion, Template};
 use crate::shape::Shape;
 use crate::wall::Wall;
 use context::{ContactContext, PartConstants, TemplateConstants};
+use films::Films;
 use forces::ContactForces;
 use order::IdOrder;
 use std::collections::BTreeMap;
@@ -110,6 +111,7 @@ impl NativeParams {
 pub struct Native {
     context: ContactContext,
     order: IdOrder,
+    films: Films,
     forces: ContactForces,
     velocities: KnownVelocities,
     /// Motion of the bodies of each template over sub-steps of the last length.
@@ -165,6 +167,7 @@ impl Native {
             widest,
             motions: Vec::new(),
             velocities: KnownVelocities::default(),
+            films: Films::default(),
             order: IdOrder::new(NeighbourList::new(finder)),
             forces: ContactForces::new(near.peers.len(), params.memory(), several),
             context: ContactContext {
@@ -245,15 +248,15 @@ impl Native {
 
     /// Forces of the contacts and films that this rank evaluates, at the current positions. Collective.
     fn evaluate_contacts(&mut self, comm: &Comm, dt: f64) -> Result<()> {
-        let Self { context, order, forces, velocities, .. } = self;
+        let Self { context, order, films, forces, velocities, .. } = self;
         forces.begin(context.local.store.owned);
         let Some(model) = &context.params.contact else {
             return Ok(());
         };
         order.sort(&context.local, &context.templates, &context.near.decomposition().domain);
-        let rates = context.rates(model, order, dt, comm);
-        let pairs = context.pairs(model, dt, (order, &rates), (forces, velocities));
-        let walls = context.walls(model, dt, &rates, (forces, velocities));
+        context.find_films((model, films), order, dt, comm);
+        let pairs = context.pairs(model, dt, (order, films), (forces, velocities));
+        let walls = context.walls(model, dt, films, (forces, velocities));
         forces.finish();
         pairs.and(walls)
     }

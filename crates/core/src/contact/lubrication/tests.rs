@@ -277,7 +277,7 @@ fn one_film_brings_two_bodies_no_further_than_to_rest_relative_to_each_other_how
             let inertia = turn * Mat3::from_diagonal(&moments) * turn.transpose();
             Mobility { mass: random.random_range(0.2..2.0), inertia }
         });
-        let rates = film.rates(bodies);
+        let rates = film.rates(bodies.each_ref());
         let sides: [Side; 2] = std::array::from_fn(|k| {
             let [velocity, spin] = [0; 2].map(|_| random_direction(&mut random));
             Side { velocity, spin, rates: rates[k] }

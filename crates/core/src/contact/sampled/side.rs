@@ -37,18 +37,24 @@ pub(super) enum Side<'a> {
         growth: f64,
         /// Its faces if it has only flat ones.
         solid: Option<&'a Solid>,
+        /// Inverse semi-axes (1/m), with the growth, if it is a sphere or an ellipsoid then.
+        inverse: Option<Vec3>,
     },
     Wall(Surface),
 }
 
 impl<'a> Side<'a> {
     pub(super) fn body(body: &'a Body<'a>, centre: Vec3) -> Self {
+        let (shape, growth) = (body.grown.shape.as_ref(), body.grown.enlargement);
+        let radius = shape.as_sphere().map(|radius| radius + growth).filter(|radius| *radius > 0.0);
+        let semi_axes = radius.map(Vec3::repeat).or(shape.as_ellipsoid().filter(|_| growth == 0.0));
         Self::Body {
-            shape: body.grown.shape.as_ref(),
+            shape,
             to_body: body.rotation().transpose(),
             centre,
-            growth: body.grown.enlargement,
+            growth,
             solid: body.grown.solid(),
+            inverse: semi_axes.map(|semi_axes| semi_axes.map(f64::recip)),
         }
     }
 
@@ -134,6 +140,9 @@ impl<'a> Side<'a> {
     /// there. Ends are right to `precision` (m), or far better.
     pub(super) fn intervals(&self, line: &Line, from: f64, to: f64, precision: f64) -> Intervals {
         match self {
+            Self::Body { inverse: Some(inverse), to_body, centre, .. } => {
+                [through_ellipsoid(inverse, to_body * (line.from - centre), to_body * line.along), None]
+            }
             Self::Body { .. } => {
                 let enter = self.approach(line, from, 1.0, precision);
                 if enter == Approach::Missed {
@@ -174,6 +183,17 @@ impl<'a> Side<'a> {
         }
         Approach::Missed
     }
+}
+
+/// Part of the line `from + along t` inside the ellipsoid with these inverse semi-axes, in its own frame: stretched, a chord of the unit
+/// sphere.
+fn through_ellipsoid(inverse: &Vec3, from: Vec3, along: Vec3) -> Option<(f64, f64)> {
+    let [from, along] = [from, along].map(|v| v.component_mul(inverse));
+    let square = along.norm_squared();
+    let middle = -from.dot(&along) / square;
+    let left = 1.0 - (from + along * middle).norm_squared();
+    let half = (left / square).sqrt();
+    (left > 0.0).then_some((middle - half, middle + half))
 }
 
 /// Course of a line near a surface.

@@ -471,26 +471,37 @@ fn more_samples_come_closer_to_the_lens() {
 
 #[test]
 fn the_interval_of_a_line_ends_on_the_surface() {
-    let grown = grown(Cylinder::new(0.5, 1.2).unwrap(), 0.1);
+    let bodies = [
+        grown(Cylinder::new(0.5, 1.2).unwrap(), 0.1),
+        grown(Ellipsoid::new(Vec3::new(0.3, 0.7, 0.5)).unwrap(), 0.0),
+        grown(Ellipsoid::new(Vec3::new(0.3, 0.7, 0.5)).unwrap(), 0.1),
+        grown(Sphere::new(0.5).unwrap(), -0.1),
+    ];
     let mut random = random(21);
-    let body = body(&grown, random_turn(&mut random));
-    let side = Side::body(&body, Vec3::new(0.1, 0.2, 0.3));
-    let sphere = in_sphere(grown.reach(), Vec3::new(0.1, 0.2, 0.3));
-    for _ in 0..300 {
-        let line = Line { from: random_direction(&mut random) * 0.5, along: random_direction(&mut random) };
-        match side.intervals(&line, -3.0, 3.0, 1e-12)[0] {
-            Some((enter, leave)) => {
-                for t in [enter, leave] {
-                    assert!(side.distance(line.at(t)).abs() < 1e-11);
+    for grown in bodies {
+        let body = body(&grown, random_turn(&mut random));
+        let side = Side::body(&body, Vec3::new(0.1, 0.2, 0.3));
+        let sphere = in_sphere(grown.reach(), Vec3::new(0.1, 0.2, 0.3));
+        let mut met = 0;
+        for _ in 0..300 {
+            let line =
+                Line { from: random_direction(&mut random) * 0.5, along: random_direction(&mut random) };
+            match side.intervals(&line, -3.0, 3.0, 1e-12)[0] {
+                Some((enter, leave)) => {
+                    for t in [enter, leave] {
+                        assert!(side.distance(line.at(t)).abs() < 1e-11, "{}", grown.shape.kind());
+                    }
+                    assert!(enter <= leave && sphere(line.from, line.along).is_some());
+                    met += 1;
                 }
-                assert!(enter <= leave && sphere(line.from, line.along).is_some());
-            }
-            None => {
-                for n in -300..=300 {
-                    assert!(side.distance(line.at(f64::from(n) * 1e-2)) > -1e-12);
+                None => {
+                    for n in -300..=300 {
+                        assert!(side.distance(line.at(f64::from(n) * 1e-2)) > -1e-12);
+                    }
                 }
             }
         }
+        assert!(met > 50 && met < 300, "{}: {met}", grown.shape.kind());
     }
 }
 

@@ -2,11 +2,10 @@
 
 use super::NativeParams;
 use super::failures::{behind_wall, is_too_deep, too_deep};
-use super::films::Acting;
+use super::films::{Acting, Films};
 use super::forces::{ContactForces, ContactInput, PairEntry};
 use super::order::{IdOrder, PartIndex};
 use super::velocities::KnownVelocities;
-use crate::contact::lubrication::Rates;
 use crate::contact::{
     Body, ContactModel, GrownShape, PairLaw, PairProperties, RelativeMotion, overlap_again, overlap_wall,
 };
@@ -191,7 +190,7 @@ impl ContactContext {
         &self,
         model: &ContactModel,
         dt: f64,
-        (order, rates): (&mut IdOrder, &[Rates]),
+        (order, films): (&mut IdOrder, &mut Films),
         (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
     ) -> Result<()> {
         let (store, near) = (&self.local.store, &self.near);
@@ -200,7 +199,7 @@ impl ContactContext {
         let (nearest, alone, unturned) = (domain.images_nearest(), near.ranks() == 1, Mat3::identity());
         velocities.clear(store.particles.len());
         let mut outcome = Ok(());
-        for neighbour in list.find(positions, radii) {
+        for (neighbour, place) in list.find(positions, radii).iter_mut().zip(0..) {
             let [p, q] = [neighbour.pair[0] as usize, neighbour.pair[1] as usize];
             let (offset, reach) = (neighbour.offset((&domain, &nearest), positions), radii[p] + radii[q]);
             if offset.norm_squared() > reach * reach * (1.0 + SLACK) {
@@ -216,7 +215,7 @@ impl ContactContext {
             let bodies = [&one.body(a), &other.body(b)];
             let turns = [p, q].map(|k| rotations.get(k).unwrap_or(&unturned));
             let hint = &mut neighbour.hint;
-            let film = self.between(model, indices, offset, (rates, dt));
+            let film = self.between(model, (place, indices), offset, films);
             let parts = indices.map(|index| index.part);
             let key = ContactKey { first: a.id, second: b.id, parts }.with_shift(shift);
             let touched = [Some(i), Some(j)];
@@ -275,7 +274,7 @@ impl ContactContext {
         &self,
         model: &ContactModel,
         dt: f64,
-        rates: &[Rates],
+        films: &Films,
         (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
     ) -> Result<()> {
         if self.params.walls.is_empty() {
@@ -307,7 +306,7 @@ impl ContactContext {
                 let second = ContactState::of_wall(at);
                 let key = ContactKey { first: particle.id, second, parts: [index.part, 0] };
                 let touched = [Some(i), None];
-                let film = self.at_wall(model, index, (wall, surface, time), (rates, dt));
+                let film = self.at_wall(model, index, (wall, surface, time), films);
                 let body = of_part.body(particle);
                 let overlap = overlap_wall(model.geometry, &body, &surface.seen_from(centre))
                     .filter(|_| !constants.motion.is_complete());

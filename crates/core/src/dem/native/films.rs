@@ -20,6 +20,37 @@ struct RatesRecord {
     rates: Rates,
 }
 
+/// The films of a sub-step, each found once: that takes far more time than to use it. Keeps its buffers from sub-step to sub-step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Films {
+    mobilities: Vec<Mobility>,
+    /// Sums of the rates of each particle, ghosts included.
+    sums: Vec<Rates>,
+    /// The particles as films meet them, ghosts included.
+    sides: Vec<Side>,
+    /// Films of pairs with an owned particle, by their index in the list of neighbours, ascending.
+    found: Vec<(u32, Placed)>,
+    /// Those of them that lie behind.
+    passed: usize,
+    /// Length of the sub-step (s).
+    dt: f64,
+}
+
+impl Films {
+    /// The place of the film that was found for a pair of the list. Pairs come in ascending order.
+    fn place(&mut self, neighbour: u32) -> Option<usize> {
+        let before = |(at, _): &&(u32, Placed)| *at < neighbour;
+        self.passed += self.found[self.passed..].iter().take_while(before).count();
+        self.found.get(self.passed).is_some_and(|(at, _)| *at == neighbour).then_some(self.passed)
+    }
+
+    /// Action of a film between a particle and another, or a wall.
+    fn act(&self, context: &ContactContext, placed: &Placed, sides: [&Side; 2]) -> Acting {
+        let Placed { film, normal, lever, .. } = *placed;
+        Acting { action: film.act(sides, context.span(self.dt)), normal, lever }
+    }
+}
+
 /// A film that acts on the first of its bodies, with its place.
 pub(super) struct Acting {
     /// Force and torques.
@@ -31,6 +62,7 @@ pub(super) struct Acting {
 }
 
 /// A film in its place.
+#[derive(Clone, Copy, Debug)]
 struct Placed {
     film: Film,
     /// Unit normal, from the first body to the second.
@@ -140,20 +172,23 @@ impl ContactContext {
         Placed::new(lubrication, &gap, part.mean_curvature, Partner::Wall)
     }
 
-    /// Sums of the rates of the films of each particle, ghosts included; none without lubrication. An owner has all bodies near its
-    /// particles, so it finds their sums alone, in ascending order of the partners, and tells them to the ranks that have
-    /// ghosts of them. Collective.
-    pub(super) fn rates(
+    /// Finds the films of a sub-step of `dt` (s), and the sums of the rates of each particle, ghosts included; none without lubrication. An
+    /// owner has all bodies near its particles, so it finds their sums alone, in ascending order of the partners, and tells
+    /// them to the ranks that have ghosts of them. Collective.
+    pub(super) fn find_films(
         &self,
-        model: &ContactModel,
+        (model, films): (&ContactModel, &mut Films),
         order: &mut IdOrder,
         dt: f64,
         comm: &Comm,
-    ) -> Vec<Rates> {
-        let (Some(lubrication), store) = (&model.lubrication, &self.local.store) else {
-            return Vec::new();
-        };
-        let mut sums = vec![[0.0; 2]; store.particles.len()];
+    ) {
+        let (Some(lubrication), store) = (&model.lubrication, &self.local.store) else { return };
+        let Films { mobilities, sums, sides, found, .. } = films;
+        mobilities.clear();
+        mobilities.extend(store.particles.iter().map(|particle| self.mobility(particle)));
+        sums.clear();
+        sums.resize(store.particles.len(), [0.0; 2]);
+        found.clear();
         let mut add = |index: usize, rates: Rates| {
             for (sum, rate) in sums[index].iter_mut().zip(rates) {
                 *sum += rate;
@@ -162,7 +197,7 @@ impl ContactContext {
         let domain = self.near.decomposition().domain;
         let nearest = domain.images_nearest();
         let (list, parts, positions) = order.pairs();
-        for neighbour in list {
+        for (neighbour, at) in list.iter().zip(0..) {
             let [p, q] = neighbour.pair.map(|k| k as usize);
             let [i, j] = [p, q].map(|k| parts[k].particle as usize);
             if i.min(j) >= store.owned {
@@ -173,26 +208,27 @@ impl ContactContext {
             if self.shift(indices, neighbour.shift, offset).is_none() {
                 continue;
             }
-            let pair = indices.map(|index| self.part(index));
-            if let Some(Placed { film, .. }) = Self::film(lubrication, pair, offset) {
-                let [first, second] = film.rates(pair.map(|(particle, _)| self.mobility(particle)));
+            if let Some(placed) = Self::film(lubrication, indices.map(|index| self.part(index)), offset) {
+                let [first, second] = placed.film.rates([i, j].map(|k| &mobilities[k]));
                 add(i, first);
                 add(j, second);
+                found.push((at, placed));
             }
         }
-        let time = self.substep as f64 * dt;
+        let (time, still) = (self.substep as f64 * dt, Mobility::default());
         for wall in &self.params.walls {
             let surface = wall.surface_at(time);
             for index in self.owned_parts() {
-                let part = self.part(index);
-                if let Some(Placed { film, .. }) = Self::wall_film(lubrication, part, &surface) {
-                    let rates = film.rates([self.mobility(part.0), Mobility::default()]);
-                    add(index.particle as usize, rates[0]);
+                let particle = index.particle as usize;
+                if let Some(Placed { film, .. }) = Self::wall_film(lubrication, self.part(index), &surface) {
+                    add(particle, film.rates([&mobilities[particle], &still])[0]);
                 }
             }
         }
-        self.tell_rates(&mut sums, comm);
-        sums
+        self.tell_rates(sums, comm);
+        sides.clear();
+        sides.extend(sums.iter().enumerate().map(|(index, rates)| self.side(index, *rates, dt)));
+        (films.passed, films.dt) = (0, dt);
     }
 
     /// Replaces the rates of ghosts by those of their owners.
@@ -220,7 +256,7 @@ impl ContactContext {
 
     /// A particle as a film meets it: with the velocities that the loads of the sub-step before would bring about at the end of a
     /// sub-step of `dt` (s). The particle has those of a prediction with all forces, see [`integrator`](crate::dem::integrator).
-    fn side(&self, index: usize, rates: &[Rates], dt: f64) -> Side {
+    fn side(&self, index: usize, rates: Rates, dt: f64) -> Side {
         let particle = &self.local.store.particles[index];
         let TemplateConstants { inertia, motion, .. } = self.constants(particle);
         let past = self.past.get(index).filter(|_| self.substep > 0).copied().unwrap_or_default();
@@ -233,7 +269,7 @@ impl ContactContext {
         Side {
             velocity: particle.velocity() + force * (half / inertia.mass),
             spin: inertia.angular_velocity(&particle.orientation(), momentum),
-            rates: rates[index],
+            rates,
         }
     }
 
@@ -243,19 +279,25 @@ impl ContactContext {
         if self.substep == 0 { 0.5 * dt } else { dt }
     }
 
-    /// Action of the film between two parts of particles, `offset` (m) from the first to the second.
+    /// Action of the film between two parts of particles, the pair `neighbour` of the list, `offset` (m) from the first to the second.
     pub(super) fn between(
         &self,
         model: &ContactModel,
-        indices: [PartIndex; 2],
+        (neighbour, indices): (u32, [PartIndex; 2]),
         offset: Vec3,
-        (rates, dt): (&[Rates], f64),
+        films: &mut Films,
     ) -> Option<Acting> {
-        let pair = indices.map(|index| self.part(index));
-        let Placed { film, normal, lever, .. } = Self::film(model.lubrication.as_ref()?, pair, offset)?;
-        let [first, second] = indices.map(|index| self.side(index.particle as usize, rates, dt));
-        let action = film.act([&first, &second], self.span(dt));
-        Some(Acting { action, normal, lever })
+        let lubrication = model.lubrication.as_ref()?;
+        let [i, j] = indices.map(|index| index.particle as usize);
+        let new;
+        let placed = if i.min(j) < self.local.store.owned {
+            let place = films.place(neighbour)?;
+            &films.found[place].1
+        } else {
+            new = Self::film(lubrication, indices.map(|index| self.part(index)), offset)?;
+            &new
+        };
+        Some(films.act(self, placed, [i, j].map(|k| &films.sides[k])))
     }
 
     /// Action of the film between a part of a particle and a wall whose surface is the one given at `time` (s).
@@ -264,15 +306,12 @@ impl ContactContext {
         model: &ContactModel,
         index: PartIndex,
         (wall, surface, time): (&Wall, &Surface, f64),
-        (rates, dt): (&[Rates], f64),
+        films: &Films,
     ) -> Option<Acting> {
         let (particle, part) = self.part(index);
-        let Placed { film, normal, lever, foot } =
-            Self::wall_film(model.lubrication.as_ref()?, (particle, part), surface)?;
-        let velocity = wall.velocity(particle.position() + foot, time);
+        let placed = Self::wall_film(model.lubrication.as_ref()?, (particle, part), surface)?;
+        let velocity = wall.velocity(particle.position() + placed.foot, time);
         let still = Side { velocity, spin: Vec3::zeros(), rates: [0.0; 2] };
-        let side = self.side(index.particle as usize, rates, dt);
-        let action = film.act([&side, &still], self.span(dt));
-        Some(Acting { action, normal, lever })
+        Some(films.act(self, &placed, [&films.sides[index.particle as usize], &still]))
     }
 }
