@@ -85,6 +85,11 @@ pub trait Shape: Send + Sync + Debug {
     /// `point` outside, the opposite inside. Where several points are nearest (centre, inside of an edge), one of them.
     fn gradient(&self, point: Vec3) -> Vec3;
 
+    /// Both at once.
+    fn distance_and_gradient(&self, point: Vec3) -> (f64, Vec3) {
+        (self.signed_distance(point), self.gradient(point))
+    }
+
     /// The point of the body that lies furthest along `direction` (body frame, any length but 0).
     fn support(&self, direction: Vec3) -> Vec3;
 

@@ -5,8 +5,8 @@
 //! `S(t) = sum (a_i p_i / (t + a_i^2))^2 = 1` (Eberly 2013, "Distance from a point to an ellipse, an ellipsoid, or a
 //! hyperellipsoid", section 3). The signed distance is `t
 //! |grad|`, which loses no digits near the surface. `1 / sqrt(S)` is concave and rising, so Newton's method for `1 /
-//! sqrt(S) = 1`, from a `t` with `S >= 1`, rises to the root without passing it; it needs some four steps, one for a
-//! sphere.
+//! sqrt(S) = 1`, from a `t` with `S >= 1`, rises to the root without passing it, and from any other falls below it first. From
+//! `t = 0` it needs two steps near the surface.
 
 use super::error::check_size;
 use super::{Shape, ShapeError, SurfaceMesh, row, surface};
@@ -44,25 +44,27 @@ impl Ellipsoid {
         let pull = point.abs().component_mul(&self.semi_axes);
         let terms =
             |s: f64| pull.zip_map(&above, |pull, above| if pull > 0.0 { pull / (s + above) } else { 0.0 });
-        // Each term alone is 1 here at most, and the largest is.
-        let mut s = (pull - above).max().max(0.0);
-        let at_pole = terms(s);
-        let grad = if s == 0.0 && at_pole.norm_squared() < 1.0 {
+        // Below the root: each term alone is 1 here at most, and the largest is.
+        let low = (pull - above).max().max(0.0);
+        let at_pole = terms(low);
+        let mut s = low;
+        let grad = if low == 0.0 && at_pole.norm_squared() < 1.0 {
             // Deep inside, in the plane of symmetry: the nearest points lie off that plane, one on either side.
             let shortest = self.semi_axes.imin();
             let mut on_unit_sphere = at_pole;
             on_unit_sphere[shortest] = (1.0 - at_pole.norm_squared()).sqrt();
             on_unit_sphere.component_div(&self.semi_axes)
         } else {
+            s = low.max(least);
             for _ in 0..60 {
                 let term = terms(s);
                 let root = term.norm();
                 let slope: f64 = (0..3)
                     .map(|i| if pull[i] > 0.0 { term[i] * term[i] / (s + above[i]) } else { 0.0 })
                     .sum();
-                s += root * root * (root - 1.0) / slope;
+                s = (s + root * root * (root - 1.0) / slope).max(low);
                 // The error of the next step is the square of this one.
-                if root - 1.0 < 1e-10 {
+                if (root - 1.0).abs() < 1e-10 {
                     break;
                 }
             }
@@ -106,6 +108,12 @@ impl Shape for Ellipsoid {
 
     fn gradient(&self, point: Vec3) -> Vec3 {
         self.nearest(point).1.normalize()
+    }
+
+    fn distance_and_gradient(&self, point: Vec3) -> (f64, Vec3) {
+        let (t, grad) = self.nearest(point);
+        let length = grad.norm();
+        (t * length, grad / length)
     }
 
     fn support(&self, direction: Vec3) -> Vec3 {

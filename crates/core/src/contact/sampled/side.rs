@@ -37,8 +37,8 @@ pub(super) enum Side<'a> {
         growth: f64,
         /// Its faces if it has only flat ones.
         solid: Option<&'a Solid>,
-        /// Inverse semi-axes (1/m), with the growth, if it is a sphere or an ellipsoid then.
-        inverse: Option<Vec3>,
+        /// An ellipsoid that holds it, if that is close.
+        around: Option<Around>,
     },
     Wall(Surface),
 }
@@ -46,15 +46,13 @@ pub(super) enum Side<'a> {
 impl<'a> Side<'a> {
     pub(super) fn body(body: &'a Body<'a>, centre: Vec3) -> Self {
         let (shape, growth) = (body.grown.shape.as_ref(), body.grown.enlargement);
-        let radius = shape.as_sphere().map(|radius| radius + growth).filter(|radius| *radius > 0.0);
-        let semi_axes = radius.map(Vec3::repeat).or(shape.as_ellipsoid().filter(|_| growth == 0.0));
         Self::Body {
             shape,
             to_body: body.rotation().transpose(),
             centre,
             growth,
             solid: body.grown.solid(),
-            inverse: semi_axes.map(|semi_axes| semi_axes.map(f64::recip)),
+            around: Around::new(shape, growth),
         }
     }
 
@@ -140,8 +138,9 @@ impl<'a> Side<'a> {
     /// there. Ends are right to `precision` (m), or far better.
     pub(super) fn intervals(&self, line: &Line, from: f64, to: f64, precision: f64) -> Intervals {
         match self {
-            Self::Body { inverse: Some(inverse), to_body, centre, .. } => {
-                [through_ellipsoid(inverse, to_body * (line.from - centre), to_body * line.along), None]
+            Self::Body { around: Some(around), to_body, centre, shape, growth, .. } => {
+                let line = Line { from: to_body * (line.from - centre), along: to_body * line.along };
+                [around.within(&line, (*shape, *growth), precision), None]
             }
             Self::Body { .. } => {
                 let enter = self.approach(line, from, 1.0, precision);
@@ -185,15 +184,68 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Part of the line `from + along t` inside the ellipsoid with these inverse semi-axes, in its own frame: stretched, a chord of the unit
-/// sphere.
-fn through_ellipsoid(inverse: &Vec3, from: Vec3, along: Vec3) -> Option<(f64, f64)> {
-    let [from, along] = [from, along].map(|v| v.component_mul(inverse));
-    let square = along.norm_squared();
-    let middle = -from.dot(&along) / square;
-    let left = 1.0 - (from + along * middle).norm_squared();
-    let half = (left / square).sqrt();
-    (left > 0.0).then_some((middle - half, middle + half))
+/// An ellipsoid that holds a grown body.
+pub(super) struct Around {
+    /// Inverse semi-axes (1/m).
+    inverse: Vec3,
+    /// It is the body.
+    is_exact: bool,
+}
+
+impl Around {
+    /// For a sphere or an ellipsoid; for one that grows see [`Ellipsoid::row_interval`](crate::shape::Ellipsoid).
+    fn new(shape: &dyn Shape, growth: f64) -> Option<Self> {
+        if let Some(radius) = shape.as_sphere().map(|radius| radius + growth).filter(|radius| *radius > 0.0) {
+            return Some(Self { inverse: Vec3::repeat(1.0 / radius), is_exact: true });
+        }
+        let (semi_axes, out) = (shape.as_ellipsoid()?, growth.max(0.0));
+        let mean = (semi_axes.max() * semi_axes.min()).sqrt();
+        let inverse = semi_axes.map(|a| ((1.0 + out / mean) * a * a + out * (out + mean)).sqrt().recip());
+        Some(Self { inverse, is_exact: growth == 0.0 })
+    }
+
+    /// Part of a line inside the body, in its own frame. Stretched, the line has a chord in the unit sphere, and from its ends Newton's method
+    /// never passes the surface.
+    fn within(&self, line: &Line, body: (&dyn Shape, f64), precision: f64) -> Option<(f64, f64)> {
+        let [from, along] = [line.from, line.along].map(|v| v.component_mul(&self.inverse));
+        let square = along.norm_squared();
+        let middle = -from.dot(&along) / square;
+        let left = 1.0 - (from + along * middle).norm_squared();
+        if left <= 0.0 {
+            return None;
+        }
+        let half = (left / square).sqrt();
+        let (enter, leave) = (middle - half, middle + half);
+        if self.is_exact {
+            return Some((enter, leave));
+        }
+        let enter = Self::nearer(line, body, [enter, leave], precision)?;
+        Some((enter, Self::nearer(line, body, [leave, enter], precision)?))
+    }
+
+    /// The end of the part inside, from outside on towards the other one; none if the line misses the body.
+    fn nearer(
+        line: &Line,
+        (shape, growth): (&dyn Shape, f64),
+        [start, end]: [f64; 2],
+        precision: f64,
+    ) -> Option<f64> {
+        let mut t = start;
+        for _ in 0..STEPS {
+            let (distance, gradient) = shape.distance_and_gradient(line.at(t));
+            let (left, slope) = (distance - growth, gradient.dot(&line.along));
+            if left <= precision {
+                return Some(t);
+            }
+            let step = left / slope;
+            let ahead = step * (end - start) < 0.0 && (end - t).abs() >= step.abs();
+            if !ahead {
+                return None;
+            }
+            t -= step;
+        }
+        None
+    }
 }
 
 /// Course of a line near a surface.

@@ -475,7 +475,7 @@ fn the_interval_of_a_line_ends_on_the_surface() {
         grown(Cylinder::new(0.5, 1.2).unwrap(), 0.1),
         grown(Ellipsoid::new(Vec3::new(0.3, 0.7, 0.5)).unwrap(), 0.0),
         grown(Ellipsoid::new(Vec3::new(0.3, 0.7, 0.5)).unwrap(), 0.1),
-        grown(Sphere::new(0.5).unwrap(), -0.1),
+        grown(Sphere { radius: 0.5 }, -0.1),
     ];
     let mut random = random(21);
     for grown in bodies {

@@ -136,16 +136,25 @@ impl Surface for EllipsoidSurface<'_> {
         for at in (0..GROUP).step_by(V::F::WIDTH) {
             let x = load::<f32, V::F>(n, at) - centre;
             let (mut point, mut pull) = ([x; 3], [x; 3]);
-            // s = t + a_min^2 as in `Ellipsoid::nearest`: each term alone is 1 there at most, and the largest is.
-            let mut s = c(NEAR);
+            // s = t + a_min^2 as in `Ellipsoid::nearest`: each term alone is 1 at the low bound at most, and the largest is.
+            let mut low = c(NEAR);
             for i in 0..3 {
                 point[i] = c(turn[(i, 0)] as f32) * x + c((turn[(i, 1)] * y + turn[(i, 2)] * z) as f32);
                 pull[i] = point[i].size() * c(self.semi_axes[i]);
-                s = s.max(pull[i] - above[i]);
+                low = low.max(pull[i] - above[i]);
             }
-            // Each cell stops by itself, so that it does not matter which are looked at together.
-            let mut moves = c(1.0);
-            for step in 0..MOST_STEPS {
+            if c(2.0 * NEAR).any_greater(low) {
+                let mut square = c(0.0);
+                for i in 0..3 {
+                    let term = pull[i].over(low + above[i]);
+                    square = square + term * term;
+                }
+                let in_plane = c(2.0 * NEAR).if_greater(low, c(1.0), c(0.0));
+                store(&mut deep, at, c(1.0 - 2e-3).if_greater(square, in_plane, c(0.0)));
+            }
+            // From the surface, near which most are. Each cell stops by itself, so that it does not matter which are looked at together.
+            let (mut s, mut moves) = (low.max(least), c(1.0));
+            for _ in 0..MOST_STEPS {
                 let (mut square, mut slope) = (c(0.0), c(0.0));
                 for i in 0..3 {
                     let over = (s + above[i]).recip();
@@ -154,10 +163,7 @@ impl Surface for EllipsoidSurface<'_> {
                     slope = slope + (term * term) * over;
                 }
                 let excess = square.sqrt() - c(1.0);
-                if step == 0 {
-                    store(&mut deep, at, c(-1e-3).if_greater(excess, c(1.0), c(0.0)));
-                }
-                s = s + moves * (square * excess).over(slope);
+                s = (s + moves * (square * excess).over(slope)).max(low);
                 // The error of the next step is the square of this one.
                 moves = excess.size().if_greater(c(1e-3), moves, c(0.0));
                 if !moves.any_greater(c(0.0)) {
@@ -191,7 +197,7 @@ impl Surface for EllipsoidSurface<'_> {
     }
 }
 
-/// Steps of Newton's method: four are usual, more are needed far within, where the fraction is one anyway.
+/// Steps of Newton's method: three are usual, more are needed far within, where the fraction is one anyway.
 const MOST_STEPS: usize = 12;
 
 /// A body known by its distance only, cell by cell.
