@@ -140,7 +140,7 @@ impl<'a> Side<'a> {
         match self {
             Self::Body { around: Some(around), to_body, centre, shape, growth, .. } => {
                 let line = Line { from: to_body * (line.from - centre), along: to_body * line.along };
-                [around.within(&line, (*shape, *growth), precision), None]
+                [around.within(&line, (*shape, *growth), [from, to], precision), None]
             }
             Self::Body { .. } => {
                 let enter = self.approach(line, from, 1.0, precision);
@@ -204,13 +204,19 @@ impl Around {
         Some(Self { inverse, is_exact: growth == 0.0 })
     }
 
-    /// Part of a line inside the body, in its own frame. Stretched, the line has a chord in the unit sphere, and from its ends Newton's method
-    /// never passes the surface.
-    fn within(&self, line: &Line, body: (&dyn Shape, f64), precision: f64) -> Option<(f64, f64)> {
-        let [from, along] = [line.from, line.along].map(|v| v.component_mul(&self.inverse));
+    /// Part of a line inside the body, in its own frame, as [`Side::intervals`]. Stretched, the line has a chord in the unit sphere, and from its
+    /// ends, or from those of the part of interest, Newton's method never passes the surface.
+    fn within(
+        &self,
+        line: &Line,
+        body: (&dyn Shape, f64),
+        [from, to]: [f64; 2],
+        precision: f64,
+    ) -> Option<(f64, f64)> {
+        let [origin, along] = [line.from, line.along].map(|v| v.component_mul(&self.inverse));
         let square = along.norm_squared();
-        let middle = -from.dot(&along) / square;
-        let left = 1.0 - (from + along * middle).norm_squared();
+        let middle = -origin.dot(&along) / square;
+        let left = 1.0 - (origin + along * middle).norm_squared();
         if left <= 0.0 {
             return None;
         }
@@ -219,8 +225,16 @@ impl Around {
         if self.is_exact {
             return Some((enter, leave));
         }
-        let enter = Self::nearer(line, body, [enter, leave], precision)?;
-        Some((enter, Self::nearer(line, body, [leave, enter], precision)?))
+        let end = |near: f64, start: f64, far: f64| {
+            let found = Self::nearer(line, body, [near, far], precision);
+            if near == start {
+                found
+            } else {
+                found.or_else(|| Self::nearer(line, body, [start, far], precision))
+            }
+        };
+        let enter = end(if from < leave { enter.max(from) } else { enter }, enter, leave)?;
+        Some((enter, end(if to > enter { leave.min(to) } else { leave }, leave, enter)?))
     }
 
     /// The end of the part inside, from outside on towards the other one; none if the line misses the body.
