@@ -38,7 +38,7 @@ impl ContactModel {
             radius: first / (1.0 + first / second),
             // Depths at rest do not depend on it.
             mass: 0.0,
-            cohesion: Cohesion::new(self, self.pair(a, b)),
+            cohesion: Cohesion::new(self, a, b),
         };
         pair.static_depth(0.0)
     }
@@ -47,14 +47,15 @@ impl ContactModel {
 impl SpherePair {
     /// Spheres of a diameter (m) and a mass (kg), of the material with this index.
     pub fn new(model: &ContactModel, material: usize, diameter: f64, mass: f64) -> Self {
-        let (material, pair) = (&model.materials[material], model.pair(material, material));
+        let cohesion = Cohesion::new(model, material, material);
+        let material = &model.materials[material];
         Self {
             law: model.law,
             modulus: material.youngs_modulus
                 / (2.0 * (1.0 - material.poisson_ratio * material.poisson_ratio)),
             radius: 0.25 * diameter,
             mass: 0.5 * mass,
-            cohesion: Cohesion::new(model, pair),
+            cohesion,
         }
     }
 
@@ -86,9 +87,11 @@ impl SpherePair {
             }
         };
         // Spheres of radius 2 R* meet in a disc of the area 2 pi R* d. Each turn leaves less than two thirds of the error of the logarithm.
-        let pull = |depth: f64| self.cohesion.force(2.0 * PI * self.radius * depth, self.radius);
+        let pull = |depth: f64| self.cohesion.force(2.0 * PI * self.radius * depth, depth, self.radius);
         let turns = if self.cohesion.is_none() { 0 } else { 60 };
-        (0..turns).fold(under(force + pull(self.radius)), |depth, _| under(force + pull(depth)))
+        let pressed =
+            (0..turns).fold(under(force + pull(self.radius)), |depth, _| under(force + pull(depth)));
+        self.cohesion.released(pressed, self.radius)
     }
 }
 
@@ -104,7 +107,6 @@ impl ElasticLaw {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PairParams;
     use super::*;
 
     const LAWS: [ElasticLaw; 3] = [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz];
@@ -116,7 +118,7 @@ mod tests {
             modulus: 2660.0 * stiffer,
             radius: 0.75e-3,
             mass: 0.5 * 3300.0 * 1.413_716_7e-8,
-            cohesion: Cohesion::new(&ContactModel::default(), &PairParams::default()),
+            cohesion: Cohesion::default(),
         }
     }
 

@@ -99,3 +99,105 @@ fn an_elastic_impact_of_cohesive_spheres_gives_back_the_speed_and_keeps_the_mome
         assert!((a + b - Vec3::x() * 0.1).norm() < 1e-15, "{cohesion:?}");
     }
 }
+
+/// Effective radius (m) and modulus (Pa) of two of the spheres; `w` of [`necks`] is 0.05 J/m^2.
+fn reduced() -> [f64; 2] {
+    [0.5 * RADIUS, super::wall_tests::modulus()]
+}
+
+/// Spheres that hold on to each other, without damping.
+fn necks() -> ContactModel {
+    let pair = PairParams { restitution: 1.0, work_of_adhesion: 0.05, ..MATERIAL.pair };
+    cohesive(CohesionLaw::Jkr, pair)
+}
+
+/// The energy (J) that a cycle of touching and parting takes, `1.34 pi w a_c^2 pi`: Thornton and Ning (1998), `7.09 (w^5 R^4 / E^2)^(1/3)`.
+fn cycle(work: f64, radius: f64, modulus: f64) -> f64 {
+    let root = 4.0_f64.cbrt();
+    let square = (PI * work * radius * radius / (8.0 * modulus)).cbrt().powi(2);
+    PI * work * square * (2.4 * root + 0.4)
+}
+
+#[test]
+fn an_impact_with_a_neck_takes_the_energy_that_parting_costs_and_below_it_spheres_stick() {
+    let [radius, modulus] = reduced();
+    let energy = cycle(0.05, radius, modulus);
+    assert!(
+        (energy / (7.09 * (0.05_f64.powi(5) * radius.powi(4) / modulus.powi(2)).cbrt()) - 1.0).abs() < 1e-3
+    );
+    let slowest = (2.0 * energy / (0.5 * mass())).sqrt();
+    for (speed, parts) in [(0.97, false), (1.03, true), (3.0, true)] {
+        let speed = speed * slowest;
+        let half = Vec3::x() * (RADIUS + 1e-8);
+        let middle = Vec3::repeat(6e-3);
+        let all = [(middle - half, Vec3::x() * speed), (middle + half, Vec3::zeros())];
+        let mut engine = spheres(necks(), 0.0, &all);
+        run(&mut engine, 100_000, 2e-8);
+        let [a, b] = [0, 1].map(|i| engine.particles().particles[i].velocity());
+        assert_eq!(engine.contacts().count == 0, parts, "{speed}");
+        if parts {
+            let lost = 0.25 * mass() * (speed * speed - (b.x - a.x).powi(2));
+            println!(
+                "{:.2} of the slowest: lost {:.5} of the energy of parting",
+                speed / slowest,
+                lost / energy
+            );
+            assert!((lost / energy - 1.0).abs() < 5e-3, "{speed}");
+        }
+        assert!((a + b - Vec3::x() * speed).norm() < 1e-15);
+    }
+}
+
+#[test]
+fn a_sphere_is_held_over_a_gap_only_if_it_has_touched() {
+    let gap = 0.9 * 3.0 * (PI * 0.05 * RADIUS * RADIUS / (8.0 * reduced()[1])).cbrt().powi(2) / RADIUS;
+    let at = Vec3::new(6e-3, 6e-3, 0.012 - RADIUS - gap);
+    let mut engine = spheres(necks(), 0.0, &[(at, Vec3::zeros())]);
+    run(&mut engine, 1, DT);
+    assert_eq!((engine.contacts().count, first(&engine).contact_force), (0, [0.0; 3]));
+    // It touches the ceiling, and is drawn away over the gap.
+    let mut engine = spheres(necks(), 0.0, &[(at + Vec3::z() * (gap + 1e-9), Vec3::zeros())]);
+    run(&mut engine, 1, 1e-9);
+    let bound = engine.save().unwrap();
+    let mut held = Saved::load(
+        "native",
+        &[bound],
+        (&engine.context.near, &engine.context.local, 1),
+        engine.context.params.memory(),
+    )
+    .unwrap();
+    held.particles[0].position = at.into();
+    engine.restore(&Comm::Solo, &[held.write("native")]).unwrap();
+    run(&mut engine, 1, DT);
+    let [state] = engine.contact_states()[..] else { panic!("one contact") };
+    assert!((state.depth + gap).abs() < 1e-15 && state.volume == 0.0, "{state:?}");
+    let pull = state.force[2] / (1.5 * PI * 0.05 * RADIUS);
+    assert!(pull > 5.0 / 9.0 && pull < 1.0, "{pull}");
+    assert_eq!((engine.contacts().count, engine.contacts().begun), (1, 1));
+}
+
+#[test]
+fn a_sphere_with_a_neck_hangs_from_a_ceiling_up_to_the_force_that_pulls_it_off() {
+    let weight = mass() * 9.81;
+    for (part, hangs) in [(1.005, true), (0.995, false)] {
+        let work_of_adhesion = part * weight / (1.5 * PI * RADIUS);
+        let pair = PairParams { restitution: 0.3, work_of_adhesion, ..MATERIAL.pair };
+        // The gap at which it hangs is a ninth of the widest one.
+        let contact = cohesive(CohesionLaw::Jkr, pair);
+        let square = (9.0 * PI * work_of_adhesion * RADIUS * RADIUS / (8.0 * reduced()[1])).cbrt().powi(2);
+        let touching = Vec3::new(6e-3, 6e-3, 0.012 - RADIUS + 1e-9);
+        let mut engine = spheres(contact, 9.81, &[(touching, Vec3::zeros())]);
+        run(&mut engine, 1, 1e-9);
+        let (near, local) = (&engine.context.near, &engine.context.local);
+        let parts = [engine.save().unwrap()];
+        let mut hung =
+            Saved::load("native", &parts, (near, local, 1), engine.context.params.memory()).unwrap();
+        let at = touching - Vec3::z() * (1e-9 + square / (3.0 * RADIUS));
+        (hung.particles[0].position, hung.particles[0].velocity) = (at.into(), [0.0; 3]);
+        engine.restore(&Comm::Solo, &[hung.write("native")]).unwrap();
+        run(&mut engine, 60_000, DT);
+        let fallen = at.z - first(&engine).position[2];
+        println!("pull {part} of the weight: fallen {fallen:.2e} m");
+        assert_eq!(fallen < 1e-5, hangs, "{part}");
+    }
+}
