@@ -201,3 +201,83 @@ fn a_sphere_with_a_neck_hangs_from_a_ceiling_up_to_the_force_that_pulls_it_off()
         assert_eq!(fallen < 1e-5, hangs, "{part}");
     }
 }
+
+/// Sizes of the groups of spheres that hold together, the largest first.
+fn groups(engine: &Native) -> Vec<usize> {
+    let mut of: Vec<usize> = (0..engine.particles().owned().len()).collect();
+    for state in engine.contact_states() {
+        let (one, other) = (of[state.first as usize], of[state.second as usize]);
+        of.iter_mut().filter(|group| **group == other).for_each(|group| *group = one);
+    }
+    let mut sizes: Vec<usize> =
+        (0..of.len()).map(|group| of.iter().filter(|of| **of == group).count()).collect();
+    sizes.sort_unstable_by(|a, b| b.cmp(a));
+    sizes.into_iter().take_while(|size| *size > 0).collect()
+}
+
+/// A dense agglomerate of 100 spheres in simple shear: a thin fluid that flows through it drags each by `m / T (u - v)`. In its frame, which turns at half the rate of shear `g`,
+/// the flow pulls the two halves apart along the diagonal with `sum m g |x| / (2 T)` over one half; the pull-off forces of the contacts across the middle, along
+/// the same direction, hold against it.
+#[test]
+fn an_agglomerate_of_a_hundred_spheres_survives_a_tenth_of_the_shear_of_the_estimate_and_breaks_in_ten_times_it()
+ {
+    let domain = Domain { faces: Domain::faces([true, true, false]), cells: [40; 3], dx: 1e-3 };
+    let (centre, response, dt) = (Vec3::repeat(20e-3), 5e-3, 1e-5);
+    let pair = PairParams { restitution: 0.3, work_of_adhesion: 0.05, ..MATERIAL.pair };
+    let mut contact = cohesive(CohesionLaw::Jkr, pair);
+    contact.friction = crate::contact::FrictionLaw::Mindlin;
+    let depth = crate::contact::SpherePair::new(&contact, 0, 2.0 * RADIUS, mass()).static_depth(0.0);
+    // The hundred places of a face-centred lattice next to its centre.
+    let edge = (2.0 * RADIUS - depth) * 2.0_f64.sqrt();
+    let mut places: Vec<Vec3> = (0..4 * 7 * 7 * 7)
+        .map(|n| {
+            let cell = Vec3::from([n / 4 % 7, n / 28 % 7, n / 196].map(|i| f64::from(i) - 3.0));
+            let basis = [[0.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0]];
+            (cell + Vec3::from(basis[n as usize % 4]) - Vec3::new(0.11, 0.07, 0.03)) * edge
+        })
+        .collect();
+    places.sort_by(|a, b| a.norm().total_cmp(&b.norm()));
+    places.truncate(100);
+    let diagonal = Vec3::new(1.0, 0.0, 1.0).normalize();
+    let along = |place: &Vec3| place.dot(&diagonal);
+    let held: f64 = places
+        .iter()
+        .enumerate()
+        .flat_map(|(n, a)| places[..n].iter().map(move |b| (a, b)))
+        .filter(|(a, b)| (*a - *b).norm() < 2.0 * RADIUS && along(a) * along(b) < 0.0)
+        .map(|(a, b)| (1.5 * PI * 0.05 * 0.5 * RADIUS) * (along(a) - along(b)).abs() / (a - b).norm())
+        .sum();
+    let lever: f64 = places.iter().map(|place| along(place).max(0.0)).sum();
+    let critical = held * 2.0 * response / (mass() * lever);
+    let mut ends = Vec::new();
+    for (part, strain) in [(0.1, 1.5), (10.0, 6.0)] {
+        let rate = part * critical;
+        let all: Vec<Particle> = (0..)
+            .zip(&places)
+            .map(|(id, place)| {
+                let mut sphere = Particle::at(id, 0, centre + place);
+                let spin = Vec3::y() * (0.5 * rate);
+                (sphere.velocity, sphere.angular_velocity) = (spin.cross(place).into(), spin.into());
+                sphere
+            })
+            .collect();
+        let templates: Arc<[Template]> =
+            [Template { shape: Arc::new(Sphere { radius: RADIUS }), density: 2500.0, material: 0 }].into();
+        let mut engine = alone(domain, contact.clone(), Vec::new(), Vec3::zeros(), templates, &all);
+        run(&mut engine, 1, dt);
+        assert_eq!(groups(&engine), [100]);
+        for _ in 0..(strain / rate / dt) as usize {
+            let drag = |sphere: &Particle| {
+                let flow = Vec3::x() * (rate * (sphere.position() - centre).z);
+                Load { force: (flow - sphere.velocity()) * (mass() / response), torque: Vec3::zeros() }
+            };
+            let loads: Vec<Load> = engine.particles().owned().iter().map(drag).collect();
+            engine.advance(&Comm::Solo, &loads, dt).unwrap();
+        }
+        let groups = groups(&engine);
+        println!("{part} of {critical:.1} 1/s: groups {groups:?}");
+        ends.push(groups);
+    }
+    assert_eq!(ends[0], [100], "it survives");
+    assert!(ends[1].len() > 5 && ends[1][0] < 60, "it breaks");
+}
