@@ -210,7 +210,7 @@ mod tests {
         // Stiffnesses along and across are as 2 (1 - nu) to 2 - nu, 8 G* a to 2 E* a.
         let depth = pair.impact_depth(0.1);
         let along = PI * (pair.mass / (2.0 * pair.modulus * (pair.radius * depth).sqrt())).sqrt();
-        let ratio = 2.0 * (2.0 / 7.0 * (2.0 - 0.245) / (2.0 * (1.0 - 0.245)) as f64).sqrt();
+        let ratio = 2.0 * (2.0_f64 / 7.0 * (2.0 - 0.245) / (2.0 * (1.0 - 0.245))).sqrt();
         assert!((pair.sliding_period(depth) / along / ratio - 1.0).abs() < 1e-3);
     }
 

@@ -52,7 +52,7 @@ fn a_block_pulled_by_a_spring_sticks_and_slips_with_the_exact_forces_and_nearly_
     for (force, exact) in forces.into_iter().zip([kinetic + amplitude, kinetic - amplitude]) {
         assert!((force - exact).abs() < 0.005 * amplitude, "{force} for {exact}");
     }
-    // It rocks where it stops, which lets it slip a little early.
+    // The force at which it slips falls by a few percent over the first cycles, of which the cause is not known.
     assert!(count > 15 && (measured / period - 1.0).abs() < 0.02);
 }
 
