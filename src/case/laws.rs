@@ -4,7 +4,7 @@
 use super::checks::Document;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
-use crate::contact::{CohesionLaw, ContactModel, DEEPEST, PairParams};
+use crate::contact::{CohesionLaw, ContactModel, DEEPEST, ElasticLaw, PairParams};
 use crate::error::Result;
 use crate::output::numbers::small;
 use crate::particle::Template;
@@ -13,7 +13,8 @@ use crate::particle::Template;
 struct Round {
     key: &'static str,
     does: &'static str,
-    lacks: &'static str,
+    /// Reason, of a template that cannot have it.
+    lacks: fn(&Template) -> Option<&'static str>,
     /// Its parameter; a pair with 0 is left alone.
     parameter: (&'static str, fn(&PairParams) -> f64),
     instead: &'static str,
@@ -22,35 +23,49 @@ struct Round {
 const ROLLING: Round = Round {
     key: "contact.rolling",
     does: "resists the rolling of round bodies",
-    lacks: "no radius to roll on",
+    lacks: |template| has_edges(template).then_some("has edges, and no radius to roll on"),
     parameter: ("rolling_friction", |pair| pair.rolling_friction),
     instead: "faces and edges resist by themselves",
 };
 const DMT: Round = Round {
     key: "contact.cohesion",
     does: "\"dmt\" is the cohesion of round bodies",
-    lacks: "no radius of curvature",
+    lacks: |template| has_edges(template).then_some("has edges, and no radius of curvature"),
     parameter: ("work_of_adhesion", |pair| pair.work_of_adhesion),
     instead: "or take \"sjkr\", which is proportional to the area of the overlap",
 };
 
-/// Refuses laws of round bodies for those with edges, which have no radius.
+const JKR: Round = Round {
+    key: "contact.cohesion",
+    does: "\"jkr\" is the cohesion of spheres",
+    lacks: |template| template.parts().any(|(shape, _)| shape.as_sphere().is_none()).then_some("no sphere"),
+    parameter: ("work_of_adhesion", |pair| pair.work_of_adhesion),
+    instead: "or take \"dmt\" for round bodies, or \"sjkr\", which is proportional to the area of the overlap",
+};
+
+fn has_edges(template: &Template) -> bool {
+    template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
+}
+
+/// Refuses laws of round bodies for those with edges, which have no radius, and the law of spheres for others.
 pub(super) fn refuse_edges(document: &Document, kinds: &Kinds, model: &ContactModel) -> Result<()> {
-    let laws = [(ROLLING, model.rolling.is_given()), (DMT, model.cohesion == CohesionLaw::Dmt)];
+    let laws = [
+        (ROLLING, model.rolling.is_given()),
+        (DMT, model.cohesion == CohesionLaw::Dmt),
+        (JKR, model.cohesion == CohesionLaw::Jkr),
+    ];
     for (law, _) in laws.into_iter().filter(|(_, given)| *given) {
         let Round { key, does, lacks, parameter: (name, value), instead } = law;
         let acts = |material: usize| {
             (0..model.materials.len()).any(|other| value(model.pair(material, other)) > 0.0)
         };
-        let on_edges = |template: &Template| {
-            acts(template.material) && template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
-        };
-        if let Some(index) = kinds.templates.iter().position(on_edges) {
+        let unfit = |template: &Template| lacks(template).filter(|_| acts(template.material));
+        let found = kinds.templates.iter().enumerate().find_map(|(index, of)| Some((index, unfit(of)?)));
+        if let Some((index, has)) = found {
             let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
             let kind = kinds.templates[index].shape.kind();
             let title = format!("`{key}` {does}, but `{shape}` is a {kind}");
-            let has = format!("has edges, and {lacks}");
-            let marks = [(&*shape, &*has), (key, "the law")];
+            let marks = [(&*shape, has), (key, "the law")];
             let remedy =
                 format!("give it a material of its own whose [[contact.pairs]] have {name} = 0: {instead}");
             return Err(document.error_at(&marks, &title, &remedy));
@@ -91,6 +106,7 @@ impl Cohesive {
                 usual: "100",
                 power: 0.5,
             }),
+            CohesionLaw::Jkr => Self::of(CohesionLaw::Dmt).map(|dmt| Self { law: "jkr", ..dmt }),
         }
     }
 
@@ -119,6 +135,14 @@ pub(super) fn refuse_cohesion(
         let remedy =
             format!("give contact.{name} in {unit}, for instance {usual}, or {name} in [[contact.pairs]]");
         return Err(document.error("contact.cohesion", &title, &label, &remedy));
+    }
+    if model.cohesion == CohesionLaw::Jkr && model.law != ElasticLaw::Hertz {
+        let has = serde_json::json!(model.law);
+        let title = format!(
+            "`contact.law` is {has}, but `contact.cohesion` is \"jkr\", whose elastic force is that of Hertz"
+        );
+        let key = if document.has("contact.law") { "contact.law" } else { "contact.cohesion" };
+        return Err(document.error(key, &title, "another elastic force", "take contact.law = \"hertz\""));
     }
     if !document.case.contact.enabled {
         return Ok(());

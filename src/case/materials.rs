@@ -15,7 +15,7 @@ const DEFAULT: &str = "default";
 const READERS: [(&str, &str); 4] = [
     ("transition_velocity", "contact.friction = \"nassauer_kuna\""),
     ("rolling_friction", "contact.rolling = \"elastic_plastic\""),
-    ("work_of_adhesion", "contact.cohesion = \"dmt\""),
+    ("work_of_adhesion", "contact.cohesion = \"dmt\" or \"jkr\""),
     ("cohesion_density", "contact.cohesion = \"sjkr\""),
 ];
 

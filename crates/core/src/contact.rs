@@ -98,9 +98,11 @@ impl ContactModel {
             return Vec3::new(self.across(radius), 0.5 * length, 0.0).norm();
         }
         let film = shape.circumradius() + self.half_film();
+        let neck = shape.circumradius() + self.enlargement;
+        let neck = neck + 0.5 * self.stretch(neck);
         let grown = |shape: &Arc<dyn Shape>| GrownShape::new(shape.clone(), self.enlargement).reach();
         let parts = shape.parts().iter().map(|part| part.position.norm() + grown(&part.shape));
-        parts.fold(grown(shape).max(film), f64::max)
+        parts.fold(grown(shape).max(film).max(neck), f64::max)
     }
 
     /// The same from the axis of a body that goes through the box, all of whose points lie within a radius (m).
@@ -147,7 +149,7 @@ pub struct PairParams {
     /// Coefficient of rolling friction (-), without a meaning for [`RollingLaw::None`].
     #[serde(default)]
     pub rolling_friction: f64,
-    /// Work of adhesion (J/m^2) of [`CohesionLaw::Dmt`].
+    /// Work of adhesion (J/m^2) of [`CohesionLaw::Dmt`] and [`CohesionLaw::Jkr`].
     #[serde(default)]
     pub work_of_adhesion: f64,
     /// Density of the energy of cohesion (J/m^3) of [`CohesionLaw::Sjkr`].
@@ -235,6 +237,9 @@ pub enum CohesionLaw {
     Dmt,
     /// In proportion to the area of the overlap, `k A` (`cohesion sjkr` of LIGGGHTS), for bodies of any shape.
     Sjkr,
+    /// That of Johnson, Kendall and Roberts (1971), for spheres with the elastic law `hertz`, for large and soft ones: spheres that have touched hold on to
+    /// each other over a gap.
+    Jkr,
 }
 
 /// Method of measuring overlaps.

@@ -27,6 +27,7 @@ fn model(contact: Option<&ContactSection>) -> Result<String, String> {
         CohesionLaw::None => "",
         CohesionLaw::Sjkr => " cohesion sjkr",
         CohesionLaw::Dmt => return Err("LIGGGHTS has no cohesion \"dmt\"".to_owned()),
+        CohesionLaw::Jkr => return Err("LIGGGHTS has no cohesion \"jkr\"".to_owned()),
     };
     let rolling = match rolling {
         RollingLaw::None => "",

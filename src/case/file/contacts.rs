@@ -36,7 +36,7 @@ pub struct ContactSection {
     /// Coefficient of rolling friction (-); only with `rolling`. Default 0.
     #[schemars(transform = non_negative)]
     pub rolling_friction: f64,
-    /// Work of adhesion (J/m2), what it takes to part a unit of area; only with `cohesion = "dmt"`. Default 0.
+    /// Work of adhesion (J/m2), what it takes to part a unit of area; only with `cohesion = "dmt"` or `"jkr"`. Default 0.
     #[schemars(transform = non_negative)]
     pub work_of_adhesion: f64,
     /// Density of the energy of cohesion (J/m3); only with `cohesion = "sjkr"`. Default 0.

@@ -16,7 +16,12 @@ fn refused(keys: &str, words: &[&str]) {
 
 #[test]
 fn cohesion_without_its_parameter_or_with_an_impossible_one_is_refused() {
-    for (law, name, unit) in [("dmt", "work_of_adhesion", "J/m2"), ("sjkr", "cohesion_density", "J/m3")] {
+    for (law, name, unit) in [
+        ("dmt", "work_of_adhesion", "J/m2"),
+        ("sjkr", "cohesion_density", "J/m3"),
+        ("jkr", "work_of_adhesion", "J/m2"),
+    ] {
+        let hertz = if law == "jkr" { "\nlaw = \"hertz\"" } else { "" };
         let is = format!("`contact.cohesion` is \"{law}\", but the case gives no `{name}`");
         refused(
             &format!("cohesion = \"{law}\""),
@@ -39,10 +44,10 @@ fn cohesion_without_its_parameter_or_with_an_impossible_one_is_refused() {
         // None between all of them, as a run that others are compared with has it; or that of one pair alone.
         let pair = format!("pairs = [{{ materials = [\"default\", \"default\"], {name} = 1e-5 }}]");
         for keys in [format!("{name} = 0"), pair] {
-            Place::new(&with(&format!("cohesion = \"{law}\"\n{keys}"))).well(&["check", "case.toml"]);
+            Place::new(&with(&format!("cohesion = \"{law}\"\n{keys}{hertz}"))).well(&["check", "case.toml"]);
         }
     }
-    refused("cohesion = \"jkr\"", &["case.toml:20:12", "unknown choice `jkr`", "none, dmt, sjkr"]);
+    refused("cohesion = \"kr\"", &["case.toml:20:12", "unknown choice `kr`", "none, dmt, sjkr, jkr"]);
 }
 
 #[test]
@@ -70,8 +75,13 @@ fn remedy(text: &str, key: &str) -> String {
 
 #[test]
 fn cohesion_that_presses_bodies_deeper_into_each_other_than_a_run_allows_is_refused_and_its_remedy_is_not() {
-    for (law, name, value) in [("dmt", "work_of_adhesion", "20"), ("sjkr", "cohesion_density", "2e7")] {
-        let place = Place::new(&with(&format!("cohesion = \"{law}\"\n{name} = {value}")));
+    for (law, name, value) in [
+        ("dmt", "work_of_adhesion", "20"),
+        ("sjkr", "cohesion_density", "2e7"),
+        ("jkr", "work_of_adhesion", "20"),
+    ] {
+        let hertz = if law == "jkr" { "\nlaw = \"hertz\"" } else { "" };
+        let place = Place::new(&with(&format!("cohesion = \"{law}\"\n{name} = {value}{hertz}")));
         let number: f64 = value.parse().unwrap();
         let is = format!("`contact.{name}` is {number} J/m");
         let words =
@@ -152,4 +162,54 @@ fn a_program_that_a_cross_check_starts_refuses_the_cohesion_that_it_lacks() {
     let place = Place::new(&with("cohesion = \"sjkr\"\ncohesion_density = 1.0"));
     let said = place.ends(2, &["crosscheck", "case.toml", "--engine", "python", "--out", "out"]);
     has(&said, &["this engine has no contact.cohesion"]);
+}
+
+#[test]
+fn necks_of_bodies_laws_and_engines_that_lack_them_are_refused() {
+    let jkr = with("cohesion = \"jkr\"\nwork_of_adhesion = 1e-5\nlaw = \"hertz\"");
+    all_refused_of(
+        &jkr,
+        &[
+            (
+                SPHERE,
+                "{ ellipsoid = { axes = [1e-3, 1.5e-3, 2e-3] } }",
+                &[
+                    "bad.toml:14:",
+                    "`contact.cohesion` \"jkr\" is the cohesion of spheres, but `particles.0.shape` is a",
+                    "work_of_adhesion = 0",
+                    "take \"dmt\"",
+                ],
+            ),
+            (
+                "law = \"hertz\"",
+                "law = \"overlap_energy\"",
+                &[
+                    "bad.toml:22:7",
+                    "`contact.law` is \"overlap_energy\", but",
+                    "\"jkr\"",
+                    "take contact.law = \"hertz\"",
+                ],
+            ),
+            (
+                "law = \"hertz\"",
+                "",
+                &[
+                    "bad.toml:20:12",
+                    "`contact.law` is \"overlap_volume\", but",
+                    "take contact.law = \"hertz\"",
+                ],
+            ),
+            (
+                "[run]",
+                "[dem]\nengine = \"liggghts\"\n[run]",
+                &["bad.toml:20:12", "`contact.cohesion` is \"jkr\", which LIGGGHTS", "\"native\""],
+            ),
+            (
+                "[run]",
+                "[dem]\nengine = { command = [\"true\"] }\n[run]",
+                &["bad.toml:20:12", "`contact.cohesion` is \"jkr\", of which a program"],
+            ),
+        ],
+    );
+    has(&Place::new(&jkr).well(&["check", "case.toml"]), &["and cohesion"]);
 }

@@ -5,13 +5,17 @@
 //! duration      2.868 (m*^2 / (R* E*^2 v))^(1/5)
 //! impact depth  (15 m* v^2 / (16 sqrt(R*) E*))^(2/5)
 //! static depth  (3 F / (4 E* sqrt(R*)))^(2/3)
+//! bound         pi sqrt(m* / k),  k: stiffness of the contact that nothing but cohesion presses together
+//! friction      2 pi sqrt((2/7) m* / (8 G* a)),  a = sqrt(R* d)
+//! Rayleigh      pi r sqrt(rho / G) / (0.1631 nu + 0.8766)
 //! ```
 //!
 //! # Reference
-//! Johnson (1985), Contact Mechanics, sections 4.2 and 11.4.
+//! Johnson (1985), Contact Mechanics, sections 4.2 and 11.4; Rayleigh: Thornton and Randall (1988), in Micromechanics of Granular Materials, 133.
 
+use super::friction::shear_modulus;
 use super::law::effective_modulus;
-use super::{Cohesion, ContactModel, ElasticLaw};
+use super::{Cohesion, ContactModel, ElasticLaw, Material};
 use std::f64::consts::PI;
 
 /// Two equal spheres of one material in contact.
@@ -25,6 +29,8 @@ pub struct SpherePair {
     /// `m*` (kg).
     mass: f64,
     cohesion: Cohesion,
+    /// That of the spheres, or of the first one.
+    material: Material,
 }
 
 impl ContactModel {
@@ -38,7 +44,8 @@ impl ContactModel {
             radius: first / (1.0 + first / second),
             // Depths at rest do not depend on it.
             mass: 0.0,
-            cohesion: Cohesion::new(self, self.pair(a, b)),
+            cohesion: Cohesion::new(self, a, b),
+            material: self.materials[a],
         };
         pair.static_depth(0.0)
     }
@@ -47,25 +54,64 @@ impl ContactModel {
 impl SpherePair {
     /// Spheres of a diameter (m) and a mass (kg), of the material with this index.
     pub fn new(model: &ContactModel, material: usize, diameter: f64, mass: f64) -> Self {
-        let (material, pair) = (&model.materials[material], model.pair(material, material));
+        let cohesion = Cohesion::new(model, material, material);
+        let material = model.materials[material];
         Self {
             law: model.law,
             modulus: material.youngs_modulus
                 / (2.0 * (1.0 - material.poisson_ratio * material.poisson_ratio)),
             radius: 0.25 * diameter,
             mass: 0.5 * mass,
-            cohesion: Cohesion::new(model, pair),
+            cohesion,
+            material,
         }
     }
 
-    /// Duration (s) of an elastic impact at relative speed `speed` (m/s).
+    /// Duration (s) of an elastic impact at relative speed `speed` (m/s); that of a [bound](Self::bound_duration) contact, if it is shorter.
     pub fn duration(&self, speed: f64) -> f64 {
-        match self.law {
+        let impact = match self.law {
             ElasticLaw::OverlapVolume | ElasticLaw::OverlapEnergy | ElasticLaw::Hertz => {
                 let scale = self.mass * self.mass / (self.radius * self.modulus * self.modulus * speed);
                 2.868 * libm::pow(scale, 0.2)
             }
+        };
+        self.bound_duration().map_or(impact, |bound| impact.min(bound))
+    }
+
+    /// Half a period (s) of spheres that cohesion holds together, about the depth at which they rest; none without cohesion. However slow an impact is, its
+    /// contact is as stiff as that.
+    pub fn bound_duration(&self) -> Option<f64> {
+        if self.cohesion.is_none() {
+            return None;
         }
+        // A small step to both sides, as a part of the depth of Hertz's contact with the same disc.
+        let at = |part: f64| {
+            let pressed = part * self.pressed(0.0);
+            let force = match self.law {
+                ElasticLaw::OverlapVolume | ElasticLaw::OverlapEnergy | ElasticLaw::Hertz => {
+                    4.0 / 3.0 * self.modulus * (self.radius * pressed).sqrt() * pressed
+                }
+            };
+            [force - self.pull(pressed), self.cohesion.released(pressed, self.radius)]
+        };
+        let ([low, shallow], [high, deep]) = (at(1.0 - 1e-4), at(1.0 + 1e-4));
+        Some(PI * (self.mass * (deep - shallow) / (high - low)).sqrt())
+    }
+
+    /// Period (s) of spheres that stick and rub against each other at a depth (m), by the spring of friction: a sphere rolls as it gives way, so `2/7` of
+    /// the mass move.
+    pub fn sliding_period(&self, depth: f64) -> f64 {
+        let disc = (self.radius * self.cohesion.pressed(depth, self.radius)).sqrt();
+        let stiffness = 8.0 * shear_modulus([&self.material; 2]) * disc;
+        2.0 * PI * (2.0 / 7.0 * self.mass / stiffness).sqrt()
+    }
+
+    /// Time (s) in which a wave on its surface runs half round a sphere.
+    pub fn rayleigh_time(&self) -> f64 {
+        let Material { youngs_modulus, poisson_ratio } = self.material;
+        let (radius, shear) = (2.0 * self.radius, 0.5 * youngs_modulus / (1.0 + poisson_ratio));
+        let density = 2.0 * self.mass / (4.0 / 3.0 * PI * radius * radius * radius);
+        PI * radius * (density / shear).sqrt() / (0.1631 * poisson_ratio + 0.8766)
     }
 
     /// Largest depth (m) of an elastic impact at relative speed `speed` (m/s).
@@ -80,15 +126,24 @@ impl SpherePair {
 
     /// Depth (m) under a steady force (N) and the cohesion.
     pub fn static_depth(&self, force: f64) -> f64 {
+        self.cohesion.released(self.pressed(force), self.radius)
+    }
+
+    /// The pull of cohesion (N) at a depth (m) of Hertz's contact with the same disc. Spheres of radius 2 R* meet in a disc of the area 2 pi R* d.
+    fn pull(&self, depth: f64) -> f64 {
+        self.cohesion.force(2.0 * PI * self.radius * depth, depth, self.radius)
+    }
+
+    /// Depth (m) under a steady force (N) and the cohesion, of Hertz's contact with the same disc.
+    fn pressed(&self, force: f64) -> f64 {
         let under = |force: f64| match self.law {
             ElasticLaw::OverlapVolume | ElasticLaw::OverlapEnergy | ElasticLaw::Hertz => {
                 libm::pow(0.75 * force / (self.modulus * self.radius.sqrt()), 2.0 / 3.0)
             }
         };
-        // Spheres of radius 2 R* meet in a disc of the area 2 pi R* d. Each turn leaves less than two thirds of the error of the logarithm.
-        let pull = |depth: f64| self.cohesion.force(2.0 * PI * self.radius * depth, self.radius);
+        // Each turn leaves less than two thirds of the error of the logarithm.
         let turns = if self.cohesion.is_none() { 0 } else { 60 };
-        (0..turns).fold(under(force + pull(self.radius)), |depth, _| under(force + pull(depth)))
+        (0..turns).fold(under(force + self.pull(self.radius)), |depth, _| under(force + self.pull(depth)))
     }
 }
 
@@ -104,7 +159,6 @@ impl ElasticLaw {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PairParams;
     use super::*;
 
     const LAWS: [ElasticLaw; 3] = [ElasticLaw::OverlapVolume, ElasticLaw::OverlapEnergy, ElasticLaw::Hertz];
@@ -116,7 +170,8 @@ mod tests {
             modulus: 2660.0 * stiffer,
             radius: 0.75e-3,
             mass: 0.5 * 3300.0 * 1.413_716_7e-8,
-            cohesion: Cohesion::new(&ContactModel::default(), &PairParams::default()),
+            cohesion: Cohesion::default(),
+            material: Material { youngs_modulus: 5e3 * stiffer, poisson_ratio: 0.245 },
         }
     }
 
@@ -144,6 +199,51 @@ mod tests {
             let depth = one.static_depth(1e-4) / stiffer.static_depth(1e-4);
             assert!((duration / libm::pow(8.0, 1.0 / (p + 1.0)) - 1.0).abs() < 1e-12, "{law:?}");
             assert!((depth / libm::pow(8.0, 1.0 / p) - 1.0).abs() < 1e-12, "{law:?}");
+        }
+    }
+
+    #[test]
+    fn the_wave_round_a_sphere_takes_the_time_of_rayleigh_and_friction_swings_about_as_fast_as_an_impact() {
+        let pair = paper(ElasticLaw::Hertz, 1.0);
+        let wave = PI * 1.5e-3 * (3300.0 / (2500.0 / 1.245_f64)).sqrt() / 0.916_56;
+        assert!((pair.rayleigh_time() / wave - 1.0).abs() < 1e-5);
+        // Stiffnesses along and across are as 2 (1 - nu) to 2 - nu, 8 G* a to 2 E* a.
+        let depth = pair.impact_depth(0.1);
+        let along = PI * (pair.mass / (2.0 * pair.modulus * (pair.radius * depth).sqrt())).sqrt();
+        let ratio = 2.0 * (2.0_f64 / 7.0 * (2.0 - 0.245) / (2.0 * (1.0 - 0.245))).sqrt();
+        assert!((pair.sliding_period(depth) / along / ratio - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn spheres_that_cohesion_holds_together_swing_as_fast_as_the_stiffness_of_their_contact_says() {
+        use super::super::{CohesionLaw, PairParams};
+        let radius = 0.75e-3_f64;
+        let of = |cohesion| ContactModel {
+            materials: vec![Material { youngs_modulus: 1e7, poisson_ratio: 0.25 }],
+            pairs: vec![PairParams {
+                work_of_adhesion: 0.05,
+                cohesion_density: 3e4,
+                ..PairParams::default()
+            }],
+            law: ElasticLaw::Hertz,
+            cohesion,
+            ..ContactModel::default()
+        };
+        let pair = |cohesion| SpherePair::new(&of(cohesion), 0, 4.0 * radius, 2e-5);
+        assert_eq!(pair(CohesionLaw::None).bound_duration(), None);
+        let modulus = 0.5e7 / (1.0 - 0.25 * 0.25);
+        let disc = |force: f64| libm::cbrt(0.75 * force * radius / modulus);
+        let area = PI * 0.05 * radius * radius;
+        let smallest = libm::cbrt(area / (8.0 * modulus));
+        for (cohesion, stiffness) in [
+            (CohesionLaw::Dmt, 2.0 * modulus * disc(2.0 * PI * 0.05 * radius)),
+            (CohesionLaw::Sjkr, PI * radius * 3e4),
+            (CohesionLaw::Jkr, 0.15 * libm::cbrt(36.0) * area / (smallest * smallest)),
+        ] {
+            let (pair, half) = (pair(cohesion), PI * (1e-5 / stiffness).sqrt());
+            let found = pair.bound_duration().unwrap();
+            assert!((found / half - 1.0).abs() < 1e-6, "{cohesion:?}: {found} for {half}");
+            assert!((pair.duration(1e-9) / half - 1.0).abs() < 1e-6 && pair.duration(10.0) < half);
         }
     }
 }

@@ -146,15 +146,16 @@ impl PairLaw {
         let pair = model.pair(a, b);
         assert!(pair.restitution > 0.0 && pair.restitution <= 1.0);
         let materials = [a, b].map(|index| &model.materials[index]);
+        let cohesion = Cohesion::new(model, a, b);
         Self {
-            elastic: model.law,
+            elastic: if cohesion.has_neck() { ElasticLaw::Hertz } else { model.law },
             damping: model.damping,
             modulus: effective_modulus(materials[0], materials[1]),
             damping_number: damping_number(pair.restitution),
             dashpot_number: dashpot_number(pair.restitution),
             friction: Friction::new(model.friction, materials, pair),
             turning: Turning::new(model, pair),
-            cohesion: Cohesion::new(model, pair),
+            cohesion,
         }
     }
 
@@ -251,10 +252,10 @@ impl PairLaw {
         [elastic * factor + dashpot, elastic, factor, dashpot]
     }
 
-    /// Force and torques of a contact.
+    /// Force and torques of a contact, of bodies that overlap or that hold on to each other by a [neck](Overlap::neck).
     ///
     /// `offset` (m) is the centre of the second body relative to the first; `motion` is that at `overlap.point`. Friction follows the
-    /// magnitude of the normal force. `memory` has the [numbers](ContactModel::memory) that the laws remember of this contact, from the
+    /// magnitude of the normal force without cohesion ([`cohesion`](super::cohesion)). `memory` has the [numbers](ContactModel::memory) that the laws remember of this contact, from the
     /// sub-step before.
     pub fn act(
         &self,
@@ -266,6 +267,14 @@ impl PairLaw {
     ) -> Action {
         let (impact, spring) = memory.split_at_mut(self.damping.memory());
         let (spring, torques) = spring.split_at_mut(self.friction.law.memory());
+        // The elastic force of a neck is that of the disc in which the bodies meet.
+        let pressed;
+        let overlap = if self.cohesion.has_neck() {
+            pressed = Overlap { depth: self.cohesion.pressed(overlap.depth, pair.radius()), ..*overlap };
+            &pressed
+        } else {
+            overlap
+        };
         let radius = || contact_radius(overlap, self.elastic, pair);
         let velocity = if self.damping.lags() { motion.before } else { motion.velocity };
         let approach = velocity.dot(&overlap.normal);
@@ -278,12 +287,13 @@ impl PairLaw {
             DampingLaw::Tsuji => UNSET,
         };
         let [normal, elastic, factor, dashpot] = self.normal(overlap, pair, damping, approach);
+        let pull = self.cohesion.force(overlap.area, overlap.depth, pair.radius());
+        let grip = self.cohesion.grip(normal, pull, pair.radius());
         let friction = if self.friction.law.has_spring() {
-            self.friction.of_spring((overlap.normal, radius()), pair, motion, normal.abs(), memory_of(spring))
+            self.friction.of_spring((overlap.normal, radius()), pair, motion, grip, memory_of(spring))
         } else {
-            self.friction.of_speed(velocity - overlap.normal * approach, normal.abs())
+            self.friction.of_speed(velocity - overlap.normal * approach, grip)
         };
-        let pull = self.cohesion.force(overlap.area, pair.radius());
         // No sign of a zero changes without.
         let along = if self.cohesion.is_none() { -normal } else { pull - normal };
         let force = overlap.normal * along - friction;
@@ -307,7 +317,7 @@ impl PairLaw {
                 depth: overlap.depth,
                 radius: radius(),
                 elastic,
-                normal: normal.abs(),
+                normal: grip,
             };
             let back = self.turning.torque(&pressed, &self.friction, pair, motion, torques);
             action.torques[0] -= back;

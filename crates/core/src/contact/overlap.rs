@@ -14,7 +14,7 @@ use std::sync::Arc;
 pub struct Overlap {
     /// Shared volume (m^3).
     pub volume: f64,
-    /// Extent along the normal through the centre, the indentation depth of the papers (m).
+    /// Extent along the normal through the centre, the indentation depth of the papers (m); minus the gap of a [neck](Self::neck).
     pub depth: f64,
     /// Centre of the shared volume, relative to the centre of the first body, world axes (m).
     pub point: Vec3,
@@ -70,6 +70,11 @@ impl GrownShape {
     /// True if it is a polyhedron.
     pub fn is_solid(&self) -> bool {
         self.solid.is_some()
+    }
+
+    /// Radius of the grown sphere (m), if it is one.
+    pub fn sphere(&self) -> Option<f64> {
+        self.sphere
     }
 
     /// Tables of the grown polyhedron, if it is one.

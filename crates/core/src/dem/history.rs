@@ -182,6 +182,14 @@ impl History {
         Some(self.cursor - 1)
     }
 
+    /// True of a contact of the sub-step before. Fast for contacts in ascending order.
+    #[inline]
+    pub fn knows(&mut self, key: &ContactKey) -> bool {
+        let found = self.find(key);
+        self.cursor = found.unwrap_or(self.cursor);
+        found.is_some()
+    }
+
     /// Memory of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what `begin` made of
     /// zeros.
     #[inline]
@@ -310,6 +318,17 @@ mod tests {
         assert_eq!(history.records(), &records(&[(1, 2), (1, 9)]));
         history.advance();
         assert!(history.records().is_empty());
+    }
+
+    #[test]
+    fn a_contact_is_known_from_the_sub_step_before_until_it_is_not_kept() {
+        let mut history = History::new(records(&[(1, 9), (3, 4)]));
+        assert!(!history.knows(&key(1, 8)) && history.knows(&key(1, 9)) && history.knows(&key(1, 9)));
+        assert_eq!(kept(&mut history, (1, 9)), Some(vec![1.0, 9.0]));
+        assert_eq!(kept(&mut history, (2, 9)), None);
+        assert!(!history.knows(&key(2, 9)), "it begins in this one");
+        history.advance();
+        assert!(!history.knows(&key(3, 4)) && history.knows(&key(2, 9)) && history.knows(&key(1, 9)));
     }
 
     #[test]

@@ -50,6 +50,8 @@ mod rest_tests;
 #[cfg(test)]
 mod saved_tests;
 #[cfg(test)]
+mod slip_tests;
+#[cfg(test)]
 mod tests;
 mod velocities;
 #[cfg(test)]

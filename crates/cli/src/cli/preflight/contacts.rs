@@ -3,12 +3,14 @@
 use crate::cli::terminal::{Row, row};
 use std::ops::RangeInclusive;
 use turbid::case::{Impact, Setup};
-use turbid::contact::ContactModel;
+use turbid::contact::{ContactModel, SpherePair};
 
 /// Most sub-steps that are suggested to anybody.
 const MOST_SUBSTEPS: f64 = 1000.0;
 /// Young's moduli that are suggested to anybody (Pa).
 const USUAL_MODULI: RangeInclusive<f64> = 1.0..=1e13;
+/// Steps that a swing of the spring of friction needs at least: the integration is unstable below pi.
+const LEAST_SWING: f64 = 10.0;
 /// Largest usual depth of a contact in diameters.
 const USUAL_DEPTH: f64 = 0.1;
 
@@ -69,7 +71,53 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         let remark = format!("{}{}, one {weight}{cohesion}", cells(depth), kind(setup, template));
         rows.push(row("overlap, at rest", percent(part), remark));
     }
+    rows.extend(step_rows(setup, contact));
     rows.extend(restitution_rows(contact));
+    rows
+}
+
+/// Steps in a period of the spring of friction, in the time that cohesion takes to draw bodies together, and in the wave of Rayleigh: of the particles for which
+/// each is shortest.
+fn step_rows(setup: &Setup, contact: &ContactModel) -> Vec<Row> {
+    let step = setup.time_step / f64::from(setup.substeps);
+    let all: Vec<(usize, SpherePair)> = setup
+        .movable()
+        .into_iter()
+        .filter_map(|template| Some((template, setup.spheres(template)?)))
+        .collect();
+    let shortest = |of: &dyn Fn(usize, &SpherePair) -> Option<f64>| {
+        let times = all.iter().filter_map(|(template, spheres)| Some((*template, of(*template, spheres)?)));
+        times.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(template, time)| (kind(setup, template), time / step))
+    };
+    let resting = setup.resting_depths();
+    let depth = |template: usize, spheres: &SpherePair| {
+        let impacts = setup.impacts().into_iter().filter(|impact| impact.template == template);
+        let depths = impacts.map(|impact| spheres.impact_depth(impact.speed));
+        let rests = resting.iter().filter(|(of, _)| *of == template).map(|(_, depth)| *depth);
+        depths.chain(rests).fold(0.0, f64::max)
+    };
+    let sliding = |template: usize, spheres: &SpherePair| {
+        let depth = depth(template, spheres);
+        (depth > 0.0).then(|| spheres.sliding_period(depth))
+    };
+    let mut rows = Vec::new();
+    if let Some((kind, steps)) = shortest(&|_, spheres| spheres.bound_duration()) {
+        let remark =
+            format!("steps of the particles{kind}, half a swing of two that cohesion holds together");
+        rows.push(row("cohesion holds", format!("{steps:.0}"), remark));
+    }
+    if contact.friction.has_spring()
+        && let Some((kind, steps)) = shortest(&sliding)
+    {
+        let remark = format!(
+            "steps of the particles{kind}, a swing of the spring of friction in the deepest contact; {LEAST_SWING} at least"
+        );
+        rows.push(row("friction swings", format!("{steps:.0}"), remark));
+    }
+    if let Some((kind, steps)) = shortest(&|_, spheres| Some(spheres.rayleigh_time())) {
+        let part = format!("{:.1} %", 100.0 / steps);
+        rows.push(row("Rayleigh time", part, format!("that a step of the particles{kind} takes of it")));
+    }
     rows
 }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::clip::Plane;
 use crate::contact::{
-    CohesionLaw, ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Material, PairLaw, PairParams,
+    CohesionLaw, ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Material, Overlap, PairLaw, PairParams,
     PairProperties, RelativeMotion, SpherePair, sphere_plane, sphere_sphere,
 };
 use crate::math::Vec3;
@@ -118,4 +118,91 @@ fn cohesion_alone_presses_spheres_and_walls_to_the_depth_that_a_case_is_refused_
         let without = self::model(CohesionLaw::None, ElasticLaw::Hertz).cohesive_depth([0, 0], PAIR.radii);
         assert!(without.abs() < f64::MIN_POSITIVE);
     }
+}
+
+/// [`model`] of Johnson, Kendall and Roberts.
+fn jkr() -> ContactModel {
+    model(CohesionLaw::Jkr, ElasticLaw::Hertz)
+}
+
+/// Pull (N) between two spheres with an overlap of this depth (m), or a gap where it is negative.
+fn neck(model: &ContactModel, depth: f64, speed: f64) -> Vec3 {
+    let offset = Vec3::x() * (2.0 * RADIUS - depth);
+    let overlap = Overlap::neck(offset * 0.5, Vec3::x(), depth);
+    let velocity = Vec3::y() * speed;
+    let motion = RelativeMotion { velocity, before: velocity, elapsed: PAIR.dt, ..RelativeMotion::default() };
+    let mut memory = vec![0.0; model.memory()];
+    PairLaw::new(model, 0, 0).act(&overlap, offset, &PAIR, &motion, &mut memory).force
+}
+
+#[test]
+fn the_neck_of_two_spheres_pulls_as_johnson_kendall_and_roberts_have_it() {
+    let law = PairLaw::new(&jkr(), 0, 0);
+    let (radius, widest) = (PAIR.radius(), law.cohesion.stretch(PAIR.radius()));
+    let pull_off = 1.5 * PI * WORK * radius;
+    let most = (0..=20_000)
+        .map(|k| neck(&jkr(), widest * (1e-4 * f64::from(k) - 1.0), 0.0).x)
+        .fold(f64::NEG_INFINITY, f64::max);
+    assert!((most / pull_off - 1.0).abs() < 1e-6, "{most} of {pull_off}");
+    // Where they part, and where they first touch.
+    for (depth, part) in [(-widest, 5.0 / 9.0), (0.0, 8.0 / 9.0)] {
+        assert!((neck(&jkr(), depth, 0.0).x / (part * pull_off) - 1.0).abs() < 1e-6, "{depth}");
+    }
+    // An overlap and a neck of one depth have one force.
+    let (one, other) = (neck(&jkr(), 1e-6, 0.0).x, force(&jkr(), 1e-6, 0.0).x);
+    assert!((one / other - 1.0).abs() < 1e-9, "{one} {other}");
+}
+
+#[test]
+fn the_disc_of_a_neck_is_that_of_its_depth_from_where_spheres_part_to_where_cohesion_is_nothing() {
+    for work in [1e-200, 1e-12, 1e-3, 1.0] {
+        let mut model = jkr();
+        model.pairs[0].work_of_adhesion = work;
+        let law = PairLaw::new(&model, 0, 0);
+        let (radius, widest) = (1e-3, law.cohesion.stretch(1e-3));
+        for depth in (-40..60).map(|k| widest * 0.025 * f64::from(k)).chain([1e-7, 1e-5, 1e-4]) {
+            let square = law.cohesion.pressed(depth, radius) * radius;
+            let back = square / radius - (2.0 * PI * work / law.modulus * square.sqrt()).sqrt();
+            assert!((back - depth).abs() <= 1e-13 * (square / radius), "{work}: {depth} {back}");
+        }
+    }
+    let [without, hertz] = [0.0, 1e-5].map(|depth| {
+        PairLaw::new(&model(CohesionLaw::None, ElasticLaw::Hertz), 0, 0).cohesion.pressed(depth, 1e-3)
+    });
+    assert_eq!([without, hertz].map(f64::to_bits), [0.0, 1e-5_f64].map(f64::to_bits));
+}
+
+#[test]
+fn friction_of_a_neck_is_limited_by_its_force_and_twice_that_which_pulls_it_off() {
+    let pull_off = 1.5 * PI * WORK * PAIR.radius();
+    for depth in [-1e-7, 1e-6, 1e-5] {
+        let force = neck(&jkr(), depth, 0.3);
+        // Far beyond the speed of transition the coefficient is the kinetic one.
+        let limit = 0.3 * (2.0 * pull_off - force.x);
+        assert!((force.y / -limit - 1.0).abs() < 1e-2, "{depth}: {} for {limit}", force.y);
+    }
+}
+
+#[test]
+fn spheres_with_a_neck_come_to_rest_under_a_load_where_the_forces_balance() {
+    for load in [0.0, 1e-4, 1e-2] {
+        let depth = SpherePair::new(&jkr(), 0, 2.0 * RADIUS, MASS).static_depth(load);
+        let out_of_balance = neck(&jkr(), depth, 0.0).x + load;
+        assert!(
+            depth > 1e-7 && out_of_balance.abs() < 1e-9 * (load + 1e-4),
+            "{load}: {depth} {out_of_balance}"
+        );
+    }
+    let walls = [RADIUS, f64::INFINITY];
+    assert!(jkr().cohesive_depth([0, 0], walls) > jkr().cohesive_depth([0, 0], [RADIUS; 2]));
+}
+
+#[test]
+fn a_pair_of_materials_without_work_of_adhesion_has_the_law_of_the_model_and_no_neck() {
+    let mut model = model(CohesionLaw::Jkr, ElasticLaw::OverlapVolume);
+    assert_eq!(PairLaw::new(&model, 0, 0).elastic, ElasticLaw::Hertz);
+    assert!(model.stretch(RADIUS) > 0.0);
+    model.pairs[0].work_of_adhesion = 0.0;
+    assert_eq!(PairLaw::new(&model, 0, 0).elastic, ElasticLaw::OverlapVolume);
+    assert_eq!(model.stretch(RADIUS).to_bits(), 0);
 }

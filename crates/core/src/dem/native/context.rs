@@ -7,7 +7,8 @@ use super::forces::{ContactForces, ContactInput, PairEntry};
 use super::order::{IdOrder, PartIndex};
 use super::velocities::KnownVelocities;
 use crate::contact::{
-    Body, ContactModel, GrownShape, PairLaw, PairProperties, RelativeMotion, overlap_again, overlap_wall,
+    Body, ContactModel, GrownShape, Overlap, PairLaw, PairProperties, RelativeMotion, overlap_again,
+    overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
@@ -50,7 +51,7 @@ pub(super) struct PartConstants {
     pub(super) bound: f64,
     /// Radius of the sphere of equal volume, or across a body that goes through the box, plus enlargement (m).
     radius: f64,
-    /// Distance (m) to a wall below which the part may touch it, or have a film there.
+    /// Distance (m) to a wall below which the part may touch it, hold on to it, or have a film there.
     near_wall: f64,
     /// Circumradius of the shape (m).
     circumradius: f64,
@@ -64,11 +65,12 @@ impl PartConstants {
     pub(super) fn new((shape, pose): (&Arc<dyn Shape>, Option<&Part>), model: &ContactModel) -> Self {
         let (bound, circumradius) = (model.reach(shape), shape.circumradius());
         let range = model.lubrication.map_or(0.0, |lubrication| lubrication.range());
+        let grown = circumradius + model.enlargement;
         Self {
             shape: GrownShape::new(shape.clone(), model.enlargement),
             pose: pose.cloned(),
             bound,
-            near_wall: bound.max(circumradius + range),
+            near_wall: bound.max(circumradius + range).max(grown + model.stretch(grown)),
             circumradius,
             radius: shape.passage().map_or(0.5 * shape.equivalent_diameter(), |passage| passage.radius)
                 + model.enlargement,
@@ -99,6 +101,28 @@ impl PartConstants {
         let orientation = self.pose.as_ref().map_or(turn, |pose| turn * pose.orientation);
         Body { grown: &self.shape, orientation }
     }
+}
+
+/// The neck by which two spheres that do not overlap, `offset` (m) apart, hold on to each other if they have touched.
+#[inline]
+fn neck(parts: [&PartConstants; 2], offset: Vec3, law: &PairLaw) -> Option<Overlap> {
+    if !law.cohesion.has_neck() {
+        return None;
+    }
+    let [Some(a), Some(b)] = parts.map(|part| part.shape.sphere()) else { return None };
+    let distance = offset.norm();
+    let (normal, depth) = (offset / distance, a + b - distance);
+    // In the plane in which overlaps of spheres have their disc.
+    let plane = 0.5 * (distance + (a - b) * (a + b) / distance);
+    let holds = depth >= -law.cohesion.stretch(a / (1.0 + a / b));
+    holds.then(|| Overlap::neck(normal * plane, normal, depth))
+}
+
+/// The same of a sphere and a wall, at a distance (m) from its centre along a normal.
+fn wall_neck(part: &PartConstants, (distance, normal): (f64, Vec3), law: &PairLaw) -> Option<Overlap> {
+    let radius = part.shape.sphere().filter(|_| law.cohesion.has_neck())?;
+    let depth = radius - distance;
+    (depth >= -law.cohesion.stretch(radius)).then(|| Overlap::neck(normal * distance, normal, depth))
 }
 
 /// Masses (kg) of the two bodies of a contact: infinite, and second, where forces do not move the centre of one of them.
@@ -221,8 +245,13 @@ impl ContactContext {
             let touched = [Some(i), Some(j)];
             let [first, second] = [a, b].map(|p| self.constants(p));
             let held = first.motion.is_complete() && second.motion.is_complete();
-            let overlap =
-                if held { None } else { overlap_again(model.geometry, bodies, turns, offset, hint) };
+            let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
+            let overlap = if held {
+                None
+            } else {
+                overlap_again(model.geometry, bodies, turns, offset, hint)
+                    .or_else(|| neck([one, other], offset, law).filter(|_| forces.history.knows(&key)))
+            };
             let Some(overlap) = overlap else {
                 if let Some(Acting { action, normal, lever }) = film {
                     let point = domain.wrap(a.position() + lever);
@@ -238,7 +267,6 @@ impl ContactContext {
                 }
             };
             let levers = [overlap.point, overlap.point - offset];
-            let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
             let input = ContactInput {
                 key,
                 indices: touched,
@@ -308,7 +336,12 @@ impl ContactContext {
                 let touched = [Some(i), None];
                 let film = self.at_wall(model, index, (wall, surface, time), films);
                 let body = of_part.body(particle);
+                let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let overlap = overlap_wall(model.geometry, &body, &surface.seen_from(centre))
+                    .or_else(|| {
+                        let normal = -surface.normal(centre);
+                        wall_neck(of_part, (distance, normal), law).filter(|_| forces.history.knows(&key))
+                    })
                     .filter(|_| !constants.motion.is_complete());
                 let Some(overlap) = overlap else {
                     if let Some(Acting { action, normal, lever }) = film {
@@ -319,7 +352,6 @@ impl ContactContext {
                 };
                 let point = centre + overlap.point;
                 let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
-                let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let input = ContactInput {
                     key,
                     indices: touched,

@@ -55,7 +55,7 @@ pub(super) struct PairEntry {
     pub(super) point: Vec3,
     /// Unit normal, from the first body to the second.
     pub(super) normal: Vec3,
-    /// Depth of the overlap (m); zero for bodies that are apart.
+    /// Depth of the overlap (m), negative of a neck; zero for bodies that are apart.
     pub(super) depth: f64,
     /// Volume of the overlap (m^3).
     pub(super) volume: f64,
@@ -83,7 +83,7 @@ impl PairEntry {
     }
 }
 
-/// Two bodies that overlap.
+/// Two bodies that overlap, or hold on to each other by a neck.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ContactInput<'a> {
     /// The bodies, the lower id first; a wall stands second.
@@ -148,7 +148,9 @@ impl ContactForces {
     pub(super) fn summary(&self, cohesive: bool) -> ContactSummary {
         ContactSummary {
             count: (self.states.iter())
-                .filter(|state| state.depth > 0.0 && (cohesive || Vec3::from(state.force) != Vec3::zeros()))
+                .filter(|state| {
+                    state.depth.abs() > 0.0 && (cohesive || Vec3::from(state.force) != Vec3::zeros())
+                })
                 .count(),
             max_depth: self.states.iter().map(|state| state.depth).fold(0.0, f64::max),
             begun: self.begun,

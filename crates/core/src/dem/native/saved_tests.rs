@@ -4,14 +4,30 @@ use super::mixed_tests::{CHANNEL, DT, crowd, params, templates};
 use super::*;
 use crate::comm::on_threads;
 use crate::contact::lubrication::Unresolved;
-use crate::contact::{DampingLaw, Lubrication};
+use crate::contact::{CohesionLaw, DampingLaw, ElasticLaw, FrictionLaw, Lubrication};
 
-/// A crowd with friction, between moving walls, in two sub-steps; by the second damping it has films, too.
-fn engine(damping: DampingLaw, comm: &Comm, all: &[Particle]) -> Native {
+/// Laws of contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Laws {
+    /// Those of the crowd.
+    Plain,
+    /// With films, too.
+    Films,
+    /// By which spheres that have touched hold on to each other.
+    Necks,
+}
+
+/// A crowd with friction, between moving walls, in two sub-steps.
+fn engine(laws: Laws, comm: &Comm, all: &[Particle]) -> Native {
     let mut params = params();
     if let Some(contact) = &mut params.contact {
-        contact.damping = damping;
-        if damping == DampingLaw::Tsuji {
+        contact.damping = if laws == Laws::Films { DampingLaw::Tsuji } else { DampingLaw::HuntCrossley };
+        if laws == Laws::Necks {
+            (contact.law, contact.cohesion) = (ElasticLaw::Hertz, CohesionLaw::Jkr);
+            contact.friction = FrictionLaw::Mindlin;
+            contact.pairs.iter_mut().for_each(|pair| pair.work_of_adhesion = 5.0);
+        }
+        if laws == Laws::Films {
             let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated() };
             let film = Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: CHANNEL.dx, unresolved };
             contact.lubrication = Some(film);
@@ -74,7 +90,7 @@ fn gathered(engine: &Native, comm: &Comm) -> Whole {
 
 /// A run on some ranks.
 struct Written {
-    /// Step at which it was saved first: after 100, when at least three pairs of particles touch.
+    /// Step at which it was saved first: after 100, when at least three pairs of particles touch, and some have a neck if any can.
     step: u64,
     /// The parts and the state then, and some steps later.
     parts: [Vec<Vec<u8>>; 2],
@@ -84,13 +100,15 @@ struct Written {
 /// Steps from one save to the next.
 const ON: u64 = 30;
 
-fn written(damping: DampingLaw, ranks: usize) -> Written {
+fn written(laws: Laws, ranks: usize) -> Written {
     let results = on_threads(ranks, |comm| {
-        let mut engine = engine(damping, &comm, &crowd());
+        let mut engine = engine(laws, &comm, &crowd());
         let mut step = 100;
         advance(&mut engine, &comm, (0, step));
         let pairs = |whole: &Whole| (whole.states.iter()).filter(|s| s.wall().is_none()).count();
-        while pairs(&gathered(&engine, &comm)) < 3 {
+        let necks = |whole: &Whole| whole.states.iter().filter(|s| s.depth < 0.0).count();
+        let least = usize::from(laws == Laws::Necks);
+        while pairs(&gathered(&engine, &comm)) < 3 || necks(&gathered(&engine, &comm)) < least {
             advance(&mut engine, &comm, (step, step + 1));
             step += 1;
             assert!(step < 400, "pairs touch now and then");
@@ -109,13 +127,13 @@ fn written(damping: DampingLaw, ranks: usize) -> Written {
 
 #[test]
 fn a_run_saved_on_1_to_4_ranks_continues_on_1_to_4_ranks_to_the_same_bits() {
-    for damping in [DampingLaw::HuntCrossley, DampingLaw::Tsuji] {
+    for laws in [Laws::Plain, Laws::Films, Laws::Necks] {
         for writers in 1..=4 {
-            let Written { step, parts, states } = written(damping, writers);
+            let Written { step, parts, states } = written(laws, writers);
             for readers in 1..=4 {
-                let what = format!("from {writers} to {readers} ranks");
+                let what = format!("{laws:?}, from {writers} to {readers} ranks");
                 on_threads(readers, |comm| {
-                    let mut engine = engine(damping, &comm, &crowd());
+                    let mut engine = engine(laws, &comm, &crowd());
                     // Whatever it did before is forgotten.
                     advance(&mut engine, &comm, (0, 2));
                     engine.restore(&comm, &parts[0]).unwrap();
@@ -133,13 +151,13 @@ fn a_run_saved_on_1_to_4_ranks_continues_on_1_to_4_ranks_to_the_same_bits() {
 
 #[test]
 fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_continues_as_before_on_3_ranks() {
-    let Written { step, parts, states } = written(DampingLaw::HuntCrossley, 2);
+    let Written { step, parts, states } = written(Laws::Plain, 2);
     let ([parts, _], [_, end]) = (parts, states);
     let mut damaged = parts.clone();
     damaged[1][1000] ^= 1;
     let cut = vec![parts[0][..500].to_vec(), parts[1].clone()];
     let words = on_threads(3, |comm| {
-        let mut engine = engine(DampingLaw::HuntCrossley, &comm, &crowd());
+        let mut engine = engine(Laws::Plain, &comm, &crowd());
         engine.restore(&comm, &parts).unwrap();
         let refused = [&damaged, &cut, &parts[..1].to_vec(), &Vec::new()].map(|bad| {
             let error = engine.restore(&comm, bad).unwrap_err();
