@@ -101,9 +101,10 @@ pub const WALL_COLUMNS: [(&str, &str); 5] = [
 /// Those of a plane come first; a pipe or rod has all but the last one of them.
 pub const PLANE_COLUMNS: usize = 3;
 
-/// True of the names of the columns of walls and of bodies with prescribed motion.
+/// True of the names of the columns of walls, of inlets and outlets, and of bodies with prescribed motion.
 pub fn is_of_a_body(name: &str) -> bool {
-    let rest = WALL_COLUMNS.iter().chain(&LOADS).find_map(|(what, _)| name.strip_prefix(what));
+    let rest =
+        WALL_COLUMNS.iter().chain(&LOADS).chain([&MASS_FLOW]).find_map(|(what, _)| name.strip_prefix(what));
     rest.is_some_and(|rest| rest.starts_with('_'))
 }
 
@@ -130,9 +131,13 @@ pub const LOADS: [(&str, &str); 5] = [
     ("drag", "N"),
 ];
 
+/// Beginning of the names of the columns of inlets and outlets, and their unit.
+pub const MASS_FLOW: (&str, &str) = ("mass_flow", "kg/s");
+
 /// Header of the columns of inlets and outlets with these names.
 pub fn flow_columns(open: &[&str]) -> impl Iterator<Item = String> {
-    open.iter().map(|name| format!("mass_flow_{name} (kg/s)"))
+    let (what, unit) = MASS_FLOW;
+    open.iter().map(move |name| format!("{what}_{name} ({unit})"))
 }
 
 /// Index of the drag among [`LOADS`].
