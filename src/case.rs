@@ -23,6 +23,7 @@ mod laws;
 mod listed;
 mod materials;
 mod motion;
+mod open;
 mod physics;
 mod pictures;
 mod placement;
@@ -43,7 +44,8 @@ use crate::fluid::Collision;
 use crate::math::{Quat, TimeFunction, Vec3};
 use crate::particle::{Particle, PrescribedMotion, Template};
 use crate::units::Units;
-use crate::wall::Wall;
+use crate::wall::{Inlet, Wall};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -88,6 +90,8 @@ pub struct Setup {
     pub requested_volume_fraction: f64,
     /// Walls: the closed faces of the box, and those the case lists.
     pub walls: Vec<Wall>,
+    /// Faces of the box through which fluid comes in, by their numbers in `walls`.
+    pub inlets: BTreeMap<usize, Inlet>,
     /// Contact model; `None` if contacts are off.
     pub contact: Option<ContactModel>,
     /// The engine that moves the particles.
@@ -135,6 +139,17 @@ impl Setup {
             weight += force;
         }
         Vec3::from_fn(|axis, _| if free[axis] { weight[axis] } else { 0.0 })
+    }
+
+    /// The inlets and outlets, by their numbers in `walls`, ascending.
+    pub fn open_faces(&self) -> Vec<usize> {
+        let is_open = |name: &str| {
+            let face = file::FACES.iter().position(|face| *face == name);
+            face.is_some_and(|n| self.domain.faces[n].is_open())
+        };
+        // Closed faces come first.
+        let walls = self.walls.iter().enumerate().take(6);
+        walls.filter(|(_, wall)| is_open(&wall.name)).map(|(n, _)| n).collect()
     }
 
     /// The `[[particles]]` sections whose motion is prescribed, at least in part, ascending.

@@ -35,7 +35,10 @@ pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSecti
 pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
-pub use walls::{FACES, FaceSection, PlaneSection, RoundSection, WallSection, WallShape};
+pub use walls::{
+    FACES, FaceSection, InletSection, OutletSection, PlaneSection, ProfileKind, RoundSection, WallSection,
+    WallShape,
+};
 
 /// Remedy for a dynamic viscosity.
 const DYNAMIC: &str =
@@ -114,10 +117,11 @@ pub struct Case {
 pub struct DomainSection {
     /// Edges: `[x, y, z]` in metres, or `{ diameters = [x, y, z] }`. Rounded to whole cells, with a warning.
     pub size: Size,
-    /// Periodic directions; the others are closed by no-slip walls. Default `[true, true, true]`.
+    /// Periodic directions; the others end at `faces`, no-slip walls by default. Default `[true, true, true]`.
     #[serde(default = "all_periodic")]
     pub periodic: [bool; 3],
-    /// Motion and material of closed faces: `"z+" = { velocity = [1e-3, 0, 0] }`. Default: all at rest.
+    /// Closed faces: `"z+" = { velocity = [1e-3, 0, 0] }`, `"x-" = { inlet = { velocity = [1e-3, 0, 0] } }`,
+    /// `"x+" = { outlet = { pressure = 0 } }`, `"y-" = { free_slip = true }`. Default: walls at rest.
     #[serde(default)]
     #[schemars(schema_with = "walls::faces")]
     pub faces: BTreeMap<String, FaceSection>,

@@ -113,8 +113,12 @@ fn prescribed(document: &Document, key: &str, given: &PrescribedSection) -> Resu
 /// Every vector over time of a case, with its key.
 fn vectors(case: &Case) -> Vec<(String, &VectorSection)> {
     let mut all = vec![("driving.body_acceleration".to_string(), &case.driving.body_acceleration)];
-    let faces = case.domain.faces.iter();
-    all.extend(faces.map(|(name, face)| (format!("domain.faces.{name}.velocity"), &face.velocity)));
+    for (name, face) in &case.domain.faces {
+        all.push((format!("domain.faces.{name}.velocity"), &face.velocity));
+        all.extend(
+            face.inlet.iter().map(|inlet| (format!("domain.faces.{name}.inlet.velocity"), &inlet.velocity)),
+        );
+    }
     for (index, wall) in case.walls.iter().enumerate() {
         all.push((format!("walls.{index}.velocity"), &wall.velocity));
         all.push((format!("walls.{index}.angular_velocity"), &wall.angular_velocity));

@@ -136,10 +136,11 @@ pub(super) fn lubrication(
     Ok(Some(Lubrication { viscosity: viscosity * section.density, roughness, cell: dx, unresolved }))
 }
 
-/// True if nothing but the controller keeps the fluid from falling or rising, and no wall drags it along.
+/// True if nothing but the controller keeps the fluid from falling or rising, no wall drags it along, and it does not pass through faces.
 fn flux_is_known_to_vanish(domain: &Domain, walls: &[PlacedWall], gravity: Vec3) -> bool {
     let closed = (0..3).any(|i| !domain.is_periodic(i) && gravity[i] != 0.0);
-    !closed && walls.iter().all(|placed| placed.wall.motion.rests())
+    let open = domain.faces.iter().any(|face| face.is_open());
+    !closed && !open && walls.iter().all(|placed| placed.wall.motion.rests())
 }
 
 /// Body acceleration (m/s^2), and the net flux (m/s) in the directions in which it is controlled: periodic ones along which no body

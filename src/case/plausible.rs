@@ -129,6 +129,12 @@ impl Review<'_> {
         for (wall, key) in setup.walls.iter().zip(&self.walls) {
             follow(&format!("the wall \"{}\"", wall.name), wall_speed(wall, &size), key, None)?;
         }
+        for (&number, inlet) in &setup.inlets {
+            let name = &setup.walls[number].name;
+            let speed = inlet.velocity.largest().norm() * inlet.profile.largest();
+            let key = format!("domain.faces.{name}.inlet.velocity");
+            follow(&format!("the fluid at the inlet \"{name}\""), speed, &key, None)?;
+        }
         // Where bodies at rest are only counted, their drag is not known.
         let is_placed = |template: usize| setup.particles.iter().any(|p| p.template as usize == template);
         let unknown =

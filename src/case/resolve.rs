@@ -11,6 +11,7 @@ use super::kinds::Kinds;
 use super::laws::{refuse_cohesion, refuse_edges};
 use super::materials::Materials;
 use super::motion::{applied, buoyancy, motions, refuse_vectors};
+use super::open::{open_faces, set_pressures};
 use super::physics::{self, gravity};
 use super::placement::Placer;
 use super::plausible::Review;
@@ -24,6 +25,7 @@ use crate::document::Source;
 use crate::engine::EngineChoice;
 use crate::error::Result;
 use crate::output::surfaces::are_few;
+use crate::units::Units;
 use crate::wall::Wall;
 use std::path::Path;
 
@@ -124,7 +126,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let mut notes = std::mem::take(&mut kinds.notes);
     let templates = &kinds.templates;
     let lattice = document.case.lattice.as_ref();
-    let domain = domain(document, lattice, &kinds, &mut warnings)?;
+    let mut domain = domain(document, lattice, &kinds, &mut warnings)?;
     let enlargement = match &medium {
         Medium::Fluid(..) => domain.dx * document.case.contact.enlargement(),
         Medium::Dry(dry) => dry.enlargement,
@@ -146,6 +148,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let contact = document.case.contact.enabled.then(|| model.clone());
     let reach = reaches.iter().copied().fold(0.0, f64::max);
     let walls = walls(document, &domain, &materials, reach)?;
+    let inlets = open_faces(document, &mut domain, &walls)?;
     refuse_walls(document, &engine, &walls)?;
     refuse_cohesion(document, &kinds, &walls, &model)?;
     let substeps = document.case.contact.substeps;
@@ -153,6 +156,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         Medium::Fluid(section, lattice) => {
             let sections = (*section, *lattice);
             let fluid = physics::fluid(document, sections, &kinds, &domain, &walls, gravity)?;
+            let units = Units { dx: domain.dx, dt: fluid.0, density: fluid.1.density };
+            set_pressures(document, &mut domain, &units)?;
             refuse_shared_cells(document, (&kinds, &reaches), &domain, fluid.1.coupling)?;
             (fluid.0, Some(fluid.1))
         }
@@ -224,6 +229,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         volume_fraction,
         requested_volume_fraction,
         walls,
+        inlets,
         contact,
         engine,
         substeps,

@@ -13,10 +13,12 @@
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
 use super::array::HeldBodies;
+use super::file::FACES;
 use super::scales::Reference;
 use super::{FluidSetup, Setup};
 use crate::contact::{ContactModel, SpherePair};
 use crate::coupling::Resistance;
+use crate::domain::Face;
 use crate::math::{TimeFunction, Vec3};
 use crate::particle::Template;
 use crate::wall::{Surface, Wall};
@@ -138,12 +140,22 @@ impl Setup {
 
     /// Width (m) of the slit whose flow along an axis is at least as fast as that between the walls of the case.
     fn width_across(&self, axis: usize) -> f64 {
-        let size = self.domain.size();
-        let widths = self.walls.iter().map(|wall| match wall.surface {
-            Surface::Plane { normal, .. } => size.dot(&normal.abs()),
-            Surface::Cylinder { radius, pipe: true, .. } => 2.0_f64.sqrt() * radius,
-            // It leaves no wider a gap than the box.
-            Surface::Cylinder { .. } => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
+        let (size, faces) = (self.domain.size(), self.domain.faces);
+        let widths = self.walls.iter().map(|wall| {
+            let face = FACES.iter().position(|face| *face == wall.name);
+            let width = match wall.surface {
+                Surface::Plane { normal, .. } => size.dot(&normal.abs()),
+                Surface::Cylinder { radius, pipe: true, .. } => 2.0_f64.sqrt() * radius,
+                // It leaves no wider a gap than the box.
+                Surface::Cylinder { .. } => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
+            };
+            match face.map(|n| [faces[n], faces[n ^ 1]]) {
+                Some([Face::FreeSlip, _]) => f64::INFINITY,
+                Some([own, _]) if own.is_open() => f64::INFINITY,
+                // A plane of symmetry is in the middle.
+                Some([_, Face::FreeSlip]) => 2.0 * width,
+                _ => width,
+            }
         });
         widths.fold(f64::INFINITY, f64::min)
     }

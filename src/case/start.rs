@@ -17,7 +17,7 @@ use super::checks::Document;
 use super::file::{Axis, FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 use super::placement::Placer;
 use super::walls::PlacedWall;
-use crate::domain::Domain;
+use crate::domain::{Domain, Face};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
 use crate::particle::{Particle, PrescribedMotion};
@@ -234,9 +234,14 @@ fn couette(document: &Document, domain: &Domain, walls: &[PlacedWall]) -> Result
     Err(document.error("fluid.start", &title, "not between two plates", remedy))
 }
 
+/// Returns true if fluid may flow through the box along an axis.
+fn goes_through(domain: &Domain, axis: usize) -> bool {
+    domain.is_periodic(axis) || domain.faces[2 * axis..2 * axis + 2].iter().all(|face| face.is_open())
+}
+
 /// Refuses a velocity that has no way through the closed faces of the box.
 fn refuse_closed(document: &Document, domain: &Domain, key: &str, velocity: Vec3) -> Result<()> {
-    match (0..3).find(|&axis| velocity[axis] != 0.0 && !domain.is_periodic(axis)) {
+    match (0..3).find(|&axis| velocity[axis] != 0.0 && !goes_through(domain, axis)) {
         None => Ok(()),
         Some(axis) => {
             let title = format!("`{key}` flows along {}, which is closed by walls", ["x", "y", "z"][axis]);
@@ -274,11 +279,12 @@ fn poiseuille(
 ) -> Result<StartFlow> {
     let (key, mean) = ("fluid.start.poiseuille", Vec3::from(section.velocity));
     refuse_closed(document, domain, key, mean)?;
-    let closed: Vec<usize> = (0..3).filter(|&axis| !domain.is_periodic(axis)).collect();
+    let slips = |axis: usize| domain.faces[2 * axis..2 * axis + 2].contains(&Face::FreeSlip);
+    let closed: Vec<usize> = (0..3).filter(|&axis| !goes_through(domain, axis)).collect();
     let listed: Vec<&Surface> =
         walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface).collect();
     match (&closed[..], &listed[..]) {
-        (&[axis], []) => Ok(StartFlow::Slit { axis, height: domain.size()[axis], mean }),
+        (&[axis], []) if !slips(axis) => Ok(StartFlow::Slit { axis, height: domain.size()[axis], mean }),
         (_, &[&Surface::Cylinder { point, axis, radius, pipe: true }])
             if mean.cross(&axis).norm() <= 1e-9 * mean.norm() =>
         {

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 /// Quantities of `series.csv`, in the order of [`SeriesRow`]'s fields: names, units and definitions of their columns. Those of walls
-/// ([`wall_columns`]) and of bodies with prescribed motion ([`load_columns`]) follow. Here `v` is the velocity of a particle, `m` its mass,
+/// ([`wall_columns`]), of bodies with prescribed motion ([`load_columns`]) and of inlets and outlets ([`flow_columns`]) follow. Here `v` is the velocity of a particle, `m` its mass,
 /// `V_p` its volume, `V` the volume of the box that is in no wall (without a fluid of the whole box), `u` the velocity of the fluid, `rho` its
 /// density, and `<>` a mean.
 ///
@@ -47,7 +47,8 @@ hydrodynamic_stress_{xx,yy,zz,xy,xz,yz} (Pa): Stress of the particles by the flu
 
 /// Definitions of what stands in the columns of walls and of bodies with prescribed motion.
 const OF_BODIES: &str = "\
-fluid_force: Force of the fluid on the wall in the last step, without the pressure at rest.
+fluid_force: Force of the fluid on the wall in the last step, without the pressure at rest. Of an inlet or outlet the momentum that leaves \
+    through it, by pressure, viscosity and flow.
 contact_force: Force of contacts on the wall, or on all bodies of a section with prescribed motion.
 shear_stress: Force of fluid and contacts along a plane wall over its area in the box. Planes only.
 fluid_torque: Torque of the fluid in the last step on a pipe or rod, about its `pivot`, by default the `point` of its axis.
@@ -57,6 +58,8 @@ hydrodynamic_force: Force of the fluid in the last step on all bodies of a secti
 hydrodynamic_torque: Torque of the fluid on them, about the centre of each.
 drag: `hydrodynamic_force` without the hydrostatic part, the buoyancy `-sum rho V_p g`; with `force_balance = \"mixture\"` it holds the force of \
     the mean pressure gradient, `sum rho V_p a`.
+mass_flow: Fluid that came in through an inlet or outlet in the last step, over the time step; negative where it left. The sum over all of \
+    them is the change of the mass of the fluid.
 ";
 
 /// Header of `series.csv`: name and unit of every column but those of walls and bodies.
@@ -98,9 +101,10 @@ pub const WALL_COLUMNS: [(&str, &str); 5] = [
 /// Those of a plane come first; a pipe or rod has all but the last one of them.
 pub const PLANE_COLUMNS: usize = 3;
 
-/// True of the names of the columns of walls and of bodies with prescribed motion.
+/// True of the names of the columns of walls, of inlets and outlets, and of bodies with prescribed motion.
 pub fn is_of_a_body(name: &str) -> bool {
-    let rest = WALL_COLUMNS.iter().chain(&LOADS).find_map(|(what, _)| name.strip_prefix(what));
+    let rest =
+        WALL_COLUMNS.iter().chain(&LOADS).chain([&MASS_FLOW]).find_map(|(what, _)| name.strip_prefix(what));
     rest.is_some_and(|rest| rest.starts_with('_'))
 }
 
@@ -126,6 +130,15 @@ pub const LOADS: [(&str, &str); 5] = [
     ("contact_torque", "N m"),
     ("drag", "N"),
 ];
+
+/// Beginning of the names of the columns of inlets and outlets, and their unit.
+pub const MASS_FLOW: (&str, &str) = ("mass_flow", "kg/s");
+
+/// Header of the columns of inlets and outlets with these names.
+pub fn flow_columns(open: &[&str]) -> impl Iterator<Item = String> {
+    let (what, unit) = MASS_FLOW;
+    open.iter().map(move |name| format!("{what}_{name} ({unit})"))
+}
 
 /// Index of the drag among [`LOADS`].
 pub const DRAG: usize = 4;
@@ -190,6 +203,8 @@ pub struct SeriesRow {
     pub walls: Vec<Option<[f64; 3]>>,
     /// Values of the columns that [`load_columns`] names.
     pub prescribed: Vec<f64>,
+    /// Values of the columns that [`flow_columns`] names.
+    pub mass_flows: Vec<f64>,
 }
 
 /// A group of columns: its numbers, or empty cells.
@@ -314,7 +329,7 @@ mod tests {
     fn each_row_is_on_disk_at_once_and_stands_under_its_header() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let mut series = SeriesWriter::create(&path, &[], &[]).unwrap();
+        let mut series = SeriesWriter::create(&path, &[], &[], &[]).unwrap();
         for step in 1..4 {
             let row = SeriesRow {
                 step,
@@ -351,13 +366,13 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_reported_by_the_row_that_does_not_fit() {
-        let error = SeriesWriter::create(Path::new("/dev/full"), &[], &[]).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/dev/full"), &[], &[], &[]).unwrap_err();
         assert!(error.to_string().contains("/dev/full"), "{error}");
     }
 
     #[test]
     fn a_directory_that_does_not_exist_is_named() {
-        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[], &[]).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[], &[], &[]).unwrap_err();
         assert!(error.to_string().contains("/nowhere/at/all/series.csv"));
     }
 
@@ -382,7 +397,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         let row = SeriesRow { max_mach: 0.25, ..SeriesRow::default() };
-        SeriesWriter::create(&path, &[], &[]).unwrap().write(&[row]).unwrap();
+        SeriesWriter::create(&path, &[], &[], &[]).unwrap().write(&[row]).unwrap();
         assert!(
             std::fs::read_to_string(&path).unwrap().ends_with(",,,,0.0,0.25,,,,,,,0.0,0.0,0.0,0.0,0.0,0.0\n")
         );

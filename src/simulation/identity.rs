@@ -4,7 +4,7 @@
 //! changes no identity. The hash is that of one text in [canonical form](canonical), which has
 //!
 //! - of the fluid its density, collision, coupling, force balance, flux control and its target, body acceleration and flow at the start;
-//! - gravity, sub-steps, walls, and the contact model with all materials and pairs;
+//! - gravity, sub-steps, walls, faces that are inlets, outlets or slip (if there are some), and the contact model with all materials and pairs;
 //! - volume, inertia, density and material of each template, its motion as far as it is prescribed, and what acts on it;
 //! - the contents of the files that the case names.
 //!
@@ -14,10 +14,11 @@
 use crate::case::{FluidSetup, Setup, StartFlow};
 use crate::contact::{ContactModel, ElasticLaw, FrictionLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
+use crate::domain::Face;
 use crate::fluid::Collision;
-use crate::math::{TimeFunction, Vec3};
+use crate::math::{Profile, TimeFunction, Vec3};
 use crate::particle::{PrescribedMotion, Template};
-use crate::wall::{Surface, Wall};
+use crate::wall::{Inlet, Surface, Wall};
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
 use xxhash_rust::xxh3::xxh3_64;
@@ -64,7 +65,7 @@ pub(super) fn setup_hash(setup: &Setup) -> String {
 pub(super) fn physics(setup: &Setup) -> Json {
     let file = |(name, bytes): &(String, Vec<u8>)| json!([name, format!("{:016x}", xxh3_64(bytes))]);
     let templates = setup.templates.iter().zip(&setup.motions).zip(&setup.applied);
-    json!({
+    let mut physics = json!({
         "contact": setup.contact.as_ref().map(contact),
         "files": setup.provenance.files.iter().map(file).collect::<Vec<_>>(),
         "fluid": setup.fluid.as_ref().map(fluid),
@@ -72,7 +73,12 @@ pub(super) fn physics(setup: &Setup) -> Json {
         "substeps": setup.substeps,
         "templates": templates.map(|(of, applied)| template(of, applied)).collect::<Vec<_>>(),
         "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
-    })
+    });
+    if setup.domain.faces.iter().any(|face| face.is_open() || *face == Face::FreeSlip) {
+        physics["faces"] = setup.domain.faces.iter().map(|face| face_of(*face)).collect();
+        physics["inlets"] = setup.inlets.iter().map(|(n, inlet)| json!([n, inlet_of(inlet)])).collect();
+    }
+    physics
 }
 
 /// Appends JSON without spaces, its keys sorted, and every number as the shortest decimal that reads back as the same `f64`, in
@@ -249,6 +255,27 @@ fn motion(motion: &PrescribedMotion) -> Json {
         "free_rotation": motion.free_rotation,
         "velocity": function(&motion.velocity),
     })
+}
+
+fn face_of(face: Face) -> Json {
+    match face {
+        Face::Periodic => json!("periodic"),
+        Face::Wall => json!("wall"),
+        Face::FreeSlip => json!("free_slip"),
+        Face::Inlet => json!("inlet"),
+        Face::Outlet { excess } => json!({ "outlet": excess }),
+    }
+}
+
+fn inlet_of(Inlet { velocity, profile }: &Inlet) -> Json {
+    let profile = match profile {
+        Profile::Uniform => json!("uniform"),
+        Profile::Parabolic(walls) => json!({ "parabolic": walls }),
+        Profile::Round { centre, axis, radius } => {
+            json!({ "axis": axis, "centre": centre, "radius": radius })
+        }
+    };
+    json!({ "profile": profile, "velocity": function(velocity) })
 }
 
 fn wall(wall: &Wall) -> Json {

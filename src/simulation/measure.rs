@@ -77,24 +77,42 @@ impl Simulation {
     }
 
     /// Force (N) of the fluid on each wall in the last step, and torque (N m) about the pivot of its motion, without the pressure
-    /// of the fluid at rest, which the lattice does not hold. Zeros without a fluid. Collective.
+    /// of the fluid at rest, which the lattice does not hold; at inlets and outlets the momentum that leaves there with the fluid counts as
+    /// force. Zeros without a fluid. Collective.
     pub fn wall_loads(&self) -> Vec<Load> {
+        self.wall_exchange().into_iter().map(|(load, _)| load).collect()
+    }
+
+    /// Mass flow (kg/s) of the fluid that came in through each wall in the last step, which is not zero at inlets and outlets, negative
+    /// where it left. Zeros without a fluid. Collective.
+    pub fn mass_flows(&self) -> Vec<f64> {
+        self.wall_exchange().into_iter().map(|(_, flow)| flow).collect()
+    }
+
+    /// [`wall_loads`](Self::wall_loads) and [`mass_flows`](Self::mass_flows). Collective.
+    pub(super) fn wall_exchange(&self) -> Vec<(Load, f64)> {
         let Some(system) = &self.system else {
-            return vec![Load::default(); self.walls.len()];
+            return vec![(Load::default(), 0.0); self.walls.len()];
         };
         let mut words: Vec<i64> = system
             .fluid
             .wall_loads()
             .iter()
-            .flat_map(|load| [load.force, load.torque].into_iter().flatten())
+            .flat_map(|load| [load.force, load.torque].into_iter().flatten().chain([load.mass]))
             .flat_map(split_wide)
             .collect();
         self.comm.sum(&mut words);
+        let Units { dx, dt, density } = self.units;
+        let mass_flow = density * (dx * dx * dx) / dt;
         words
-            .chunks_exact(12)
-            .map(|w| Load {
-                force: Vec3::from(numbers(&w[..6])) * self.units.force(),
-                torque: Vec3::from(numbers(&w[6..])) * self.units.torque(),
+            .chunks_exact(14)
+            .map(|w| {
+                let load = Load {
+                    force: Vec3::from(numbers(&w[..6])) * self.units.force(),
+                    torque: Vec3::from(numbers(&w[6..12])) * self.units.torque(),
+                };
+                let [mass]: [f64; 1] = numbers(&w[12..]);
+                (load, mass * mass_flow)
             })
             .collect()
     }

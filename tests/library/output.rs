@@ -122,7 +122,7 @@ fn write_run(root: &Path) {
         [Template { shape: Arc::new(Sphere { radius: 0.5 * DIAMETER }), material: 0, density: 3250.0 }];
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
-    let mut series = SeriesWriter::create(&files.series(), &[], &[]).unwrap();
+    let mut series = SeriesWriter::create(&files.series(), &[], &[], &[]).unwrap();
     let mut all_fields = Collection::new(files.collection(directory::FIELDS));
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles(0));
     for frame in 0..FRAMES {

@@ -246,6 +246,7 @@ fn columns(out: &mut String, heads: &[String], definitions: &[(&str, &str)]) {
     }
     for (quantity, names, unit) in rows {
         let of = quantity.split("_WALL").next().unwrap().split("_particles.N").next().unwrap();
+        let of = of.split("_FACE").next().unwrap();
         let (_, said) = definitions.iter().find(|(name, _)| *name == of).unwrap();
         let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
         let _ = writeln!(out, "| {} | {unit} | {} |", names.join(", "), cell(said));
@@ -271,6 +272,9 @@ fn the_page_on_tables_has_every_column() {
     out.push_str("\nThen, for each section `[[particles]]` with `motion`, `N` counted from 0:\n\n");
     let loads: Vec<String> = series::LOADS.iter().flat_map(|column| vector(column, "particles.N")).collect();
     columns(&mut out, &loads, &series::DEFINITIONS);
+    out.push_str("\nThen, for each inlet and outlet by its face `FACE` (`x-` to `z+`):\n\n");
+    let flows: Vec<String> = series::flow_columns(&["FACE"]).collect();
+    columns(&mut out, &flows, &series::DEFINITIONS);
     let _ = write!(
         out,
         "\n## particle_series.csv\n\nOne row for each of the first {} particles at each time.\n\n",

@@ -10,13 +10,34 @@ pub use decomposition::Decomposition;
 pub(crate) use decomposition::around;
 pub use weights::Weights;
 
-/// Kind of a face of the box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Kind of a face of the box. For bodies all but the periodic ones are solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Face {
     /// Fluid and bodies that leave here enter at the opposite face, which is periodic too.
     Periodic,
     /// A wall.
     Wall,
+    /// A plane of symmetry of the fluid, which slips along it.
+    FreeSlip,
+    /// Fluid comes in with a given velocity.
+    Inlet,
+    /// Fluid leaves at a given pressure.
+    Outlet {
+        /// Density there over the reference, minus 1.
+        excess: f64,
+    },
+}
+
+impl Face {
+    /// Returns true if fluid goes through, by a velocity or a pressure.
+    pub fn is_open(self) -> bool {
+        matches!(self, Self::Inlet | Self::Outlet { .. })
+    }
+
+    /// Returns true if what comes back into a cell beside the face was sent by another cell.
+    pub(crate) fn passes(self) -> bool {
+        matches!(self, Self::FreeSlip | Self::Outlet { .. })
+    }
 }
 
 /// A box of cubic cells, each of whose faces is of a kind.

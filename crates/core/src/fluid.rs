@@ -220,7 +220,7 @@ impl<S: Population> Fluid<S> {
             domain: *domain,
             layout,
         };
-        fluid.walls.begin(&fluid.layout, &mut fluid.populations);
+        fluid.begin();
         Ok(fluid)
     }
 
@@ -280,7 +280,16 @@ impl<S: Population> Fluid<S> {
                 self.populations[i * self.layout.stride + slot] = S::round(S::Number::from_f64(g));
             }
         }
+        self.begin();
+    }
+
+    /// Makes what walls send back that of populations which are there in the phase `Even`.
+    fn begin(&mut self) {
         self.walls.begin(&self.layout, &mut self.populations);
+        if self.domain.faces.iter().any(|face| face.passes()) {
+            self.halo.exchange(&mut self.populations, AaPhase::Even);
+        }
+        self.walls.begin_interpolated(&mut self.populations);
     }
 
     /// Populations of a cell of the block after streaming, minus their weights.

@@ -1,9 +1,11 @@
-//! Vectors, rotations, functions of time, and the fixed-point sums that make results independent of summation order.
+//! Vectors, rotations, functions of time, profiles, and the fixed-point sums that make results independent of summation order.
 
+mod profile;
 mod reproducible;
 mod time_function;
 
 pub use nalgebra;
+pub use profile::Profile;
 pub use reproducible::{ReproducibleSum, magnitude};
 pub use time_function::TimeFunction;
 

@@ -2,7 +2,7 @@
 //!
 //! A wall is the part of space behind its surface. SI units, world frame.
 
-use crate::math::{TimeFunction, Vec3};
+use crate::math::{Profile, TimeFunction, Vec3};
 
 /// The surface of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,6 +159,15 @@ impl Motion {
     pub fn is_steady(&self) -> bool {
         self.velocity.constant().is_some() && self.angular_velocity.constant().is_some()
     }
+}
+
+/// Fluid that comes in through a face of the box, which is a wall at rest for bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inlet {
+    /// Mean velocity over the face (m/s), along its normal.
+    pub velocity: TimeFunction,
+    /// Profile over the face, lengths in m.
+    pub profile: Profile,
 }
 
 /// A wall.

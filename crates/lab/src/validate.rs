@@ -13,6 +13,7 @@ mod hertz;
 mod hindered_settling;
 mod liggghts;
 mod net_flux;
+mod open_faces;
 mod oscillating_flow;
 mod periodic_settling;
 mod prescribed_motion;
@@ -58,6 +59,7 @@ pub const CASES: &[Case] = &[
     taylor_green::CASE,
     channel::CASE,
     round_walls::CASE,
+    open_faces::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
     net_flux::CASE,

@@ -21,7 +21,7 @@ pub(super) fn faces(generator: &mut SchemaGenerator) -> Schema {
     json_schema!({ "type": "object", "properties": faces, "additionalProperties": false })
 }
 
-/// A closed face of the box: a no-slip wall.
+/// A closed face of the box: a no-slip wall, unless it has one of `inlet`, `outlet` and `free_slip`. Bodies meet a solid surface at each.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FaceSection {
@@ -33,8 +33,47 @@ pub struct FaceSection {
     /// face. Default 0.
     #[serde(default)]
     pub rotation: f64,
+    /// Fluid comes in with a given velocity: `{ velocity = [1e-3, 0, 0] }`. Needs an outlet.
+    pub inlet: Option<InletSection>,
+    /// Fluid leaves, or comes in, at a given pressure: `{ pressure = 0 }`.
+    pub outlet: Option<OutletSection>,
+    /// A plane of symmetry of the fluid, which slips along it without shear stress. Default false.
+    #[serde(default)]
+    pub free_slip: bool,
     /// Name of its material. Default "default", which is that of `[contact]`.
     pub material: Option<String>,
+}
+
+/// A face through which fluid comes in.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct InletSection {
+    /// Mean velocity over the face (m/s), along its normal: `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
+    /// `{ table = [[t, x, y, z], ...] }`.
+    pub velocity: VectorSection,
+    /// Profile of the velocity over the face. Default "uniform".
+    #[serde(default)]
+    pub profile: ProfileKind,
+}
+
+/// Profile of the velocity over an inlet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ProfileKind {
+    /// The same everywhere.
+    #[default]
+    Uniform,
+    /// `6 s (1 - s)` from wall to wall, a product of two between four walls; `2 (1 - r^2 / R^2)` in a pipe along the normal.
+    Parabolic,
+}
+
+/// A face with a given pressure.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct OutletSection {
+    /// Pressure (Pa) over that of the fluid at rest, without the hydrostatic part. Default 0.
+    #[serde(default)]
+    pub pressure: f64,
 }
 
 /// A wall in the box: exactly one of `plane`, `pipe`, `rod`.

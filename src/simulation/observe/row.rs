@@ -69,7 +69,7 @@ pub(super) fn row(
     measured: &Measurement,
     Totals { sums, maxima, .. }: &Totals,
 ) -> Option<SeriesRow> {
-    let by_fluid = simulation.wall_loads();
+    let (by_fluid, mass_flows): (Vec<Load>, Vec<f64>) = simulation.wall_exchange().into_iter().unzip();
     if simulation.comm.rank() > 0 {
         return None;
     }
@@ -127,6 +127,9 @@ pub(super) fn row(
             .map(|known| known.map(<[f64; 3]>::from))
             .collect(),
         prescribed: sums[ON_WALLS + 6 * setup.walls.len()..].to_vec(),
+        mass_flows: (setup.open_faces().iter())
+            .map(|&n| if simulation.step > 0 { mass_flows[n] } else { 0.0 })
+            .collect(),
     })
 }
 

@@ -172,6 +172,8 @@ impl Writer for Series<'_> {
             return Ok(());
         };
         self.samples.add(row, self.plates.as_ref(), self.bed.as_ref());
+        let open: Vec<&str> =
+            self.setup.open_faces().into_iter().map(|n| &*self.setup.walls[n].name).collect();
         let (series, paths) = match &mut self.open {
             Some(open) => open,
             none => none.insert((
@@ -179,6 +181,7 @@ impl Writer for Series<'_> {
                     &self.files.series(),
                     &self.setup.walls,
                     &self.setup.prescribed_sections(),
+                    &open,
                 )?,
                 ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
             )),

@@ -294,3 +294,65 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
         ),
     ]);
 }
+
+#[test]
+fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
+    const SIZE: &str = "[4, 4, 4] }";
+    let closed =
+        |faces: &str| format!("[4, 4, 4] }}\nperiodic = [true, true, false]\n[domain.faces]\n{faces}");
+    let inlet = "\"z-\" = { inlet = { velocity = [0, 0, 1e-3] } }";
+    let outlet = "\"z+\" = { outlet = {} }";
+    let tables: Vec<(&str, String, &[&str])> = vec![
+        (
+            SIZE,
+            "[4, 4, 4] }\n[domain.faces]\n\"z+\" = { outlet = {} }".to_string(),
+            &["bad.toml:5:8", "\"z+\" is periodic", "false for z"],
+        ),
+        (SIZE, closed(inlet), &["bad.toml:6:", "\"z-\" lets fluid in", "no face lets it out", "outlet"]),
+        (
+            SIZE,
+            closed("\"z-\" = { inlet = { velocity = [0, 0, 1e-3] }, outlet = {} }"),
+            &["bad.toml:6:", "contradict each other", "remove one"],
+        ),
+        (
+            SIZE,
+            closed("\"z-\" = { free_slip = true, velocity = [1e-3, 0, 0] }"),
+            &["bad.toml:6:", "moves a wall", "free_slip"],
+        ),
+        (
+            SIZE,
+            closed(&format!("\"z-\" = {{ inlet = {{ velocity = [1e-3, 0, 1e-3] }} }}\n{outlet}")),
+            &["bad.toml:6:", "component along x", "normal, z"],
+        ),
+        (
+            SIZE,
+            closed(&format!("\"z-\" = {{ inlet = {{ velocity = [0, 0, -1e-3] }} }}\n{outlet}")),
+            &["bad.toml:6:", "points out of the box", "0.001 along z"],
+        ),
+        (
+            SIZE,
+            closed(&format!("\"z-\" = {{ inlet = {{ velocity = [0, 0, 50] }} }}\n{outlet}")),
+            &["bad.toml:6:", "the inlet \"z-\" is 5.0000e1 m/s", "cells per time step"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = \"parabolic\" }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "\"parabolic\"", "no direction along it has walls", "uniform"],
+        ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ pressure = 1e9 }} }}")),
+            &["bad.toml:7:", "pressure", "time step"],
+        ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ density = 1 }} }}")),
+            &["bad.toml:7:", "unknown key `density`"],
+        ),
+    ];
+    for (good, spoilt, words) in &tables {
+        all_refused(&[(good, spoilt, words)]);
+    }
+}

@@ -6,7 +6,7 @@ use super::wall_tests::walls;
 use super::*;
 use crate::comm::{Comm, on_threads};
 use crate::device::{Device, devices};
-use crate::domain::Domain;
+use crate::domain::{Domain, Face};
 use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
 use crate::particle::Template;
 use crate::shape::composite::tests::dumbbell;
@@ -20,7 +20,8 @@ use std::sync::Arc;
 struct Scene {
     name: &'static str,
     cells: [usize; 3],
-    periodic: [bool; 3],
+    /// The lower and the upper face in z; the others are periodic.
+    ends: [Face; 2],
     /// Homogenised cells if there is none.
     operator: Option<SolidOperator>,
     collision: Collision,
@@ -30,11 +31,11 @@ struct Scene {
 const MAGIC: Collision = Collision::Trt { magic: 0.125 };
 const PERIODIC: [bool; 3] = [true; 3];
 
-const SCENES: [Scene; 7] = [
+const SCENES: [Scene; 9] = [
     Scene {
         name: "fluid",
         cells: [37, 11, 9],
-        periodic: PERIODIC,
+        ends: [Face::Periodic; 2],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: false,
@@ -42,7 +43,7 @@ const SCENES: [Scene; 7] = [
     Scene {
         name: "bodies",
         cells: [40, 26, 24],
-        periodic: PERIODIC,
+        ends: [Face::Periodic; 2],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
@@ -50,7 +51,7 @@ const SCENES: [Scene; 7] = [
     Scene {
         name: "bodies that share cells with their images",
         cells: [12, 12, 12],
-        periodic: PERIODIC,
+        ends: [Face::Periodic; 2],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
@@ -58,7 +59,7 @@ const SCENES: [Scene; 7] = [
     Scene {
         name: "walls",
         cells: [40, 26, 28],
-        periodic: [true, true, false],
+        ends: [Face::Wall; 2],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
@@ -66,7 +67,7 @@ const SCENES: [Scene; 7] = [
     Scene {
         name: "homogenised",
         cells: [40, 26, 24],
-        periodic: PERIODIC,
+        ends: [Face::Periodic; 2],
         operator: None,
         collision: Collision::Bgk,
         bodies: true,
@@ -74,15 +75,31 @@ const SCENES: [Scene; 7] = [
     Scene {
         name: "homogenised, two relaxation times",
         cells: [40, 26, 24],
-        periodic: PERIODIC,
+        ends: [Face::Periodic; 2],
         operator: None,
         collision: MAGIC,
         bodies: true,
     },
     Scene {
+        name: "inlet and outlet",
+        cells: [40, 26, 28],
+        ends: [Face::Inlet, Face::Outlet { excess: -0.01 }],
+        operator: Some(SolidOperator::Sc3),
+        collision: MAGIC,
+        bodies: true,
+    },
+    Scene {
+        name: "free slip and outlet",
+        cells: [40, 26, 28],
+        ends: [Face::FreeSlip, Face::Outlet { excess: 0.01 }],
+        operator: None,
+        collision: Collision::Bgk,
+        bodies: true,
+    },
+    Scene {
         name: "homogenised, walls",
         cells: [40, 26, 28],
-        periodic: [true, true, false],
+        ends: [Face::Wall; 2],
         operator: None,
         collision: Collision::Bgk,
         bodies: true,
@@ -150,13 +167,17 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
 
 /// Nine steps of the scene, on the processor or on a device.
 fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&Device>) -> Outcome {
-    let domain = Domain { faces: Domain::faces(scene.periodic), cells: scene.cells, dx: UNITS.dx };
+    let mut domain = Domain { faces: Domain::faces(PERIODIC), cells: scene.cells, dx: UNITS.dx };
+    domain.faces[4..].copy_from_slice(&scene.ends);
     let decomposition = Decomposition::with_grid(domain, grid);
-    let surfaces: Vec<Wall> = if scene.periodic[2] { Vec::new() } else { walls(&domain) };
+    let surfaces: Vec<Wall> = if domain.is_periodic(2) { Vec::new() } else { walls(&domain) };
     let lattice_walls = LatticeWalls::new(&surfaces, &UNITS);
     let mut motions: Vec<WallMotion> = lattice_walls.motions(None);
     if let Some(wall) = motions.get_mut(1) {
         (wall.velocity, wall.varies) = ([0.02, -0.01, 0.0], true);
+    }
+    if scene.ends[0] == Face::Inlet {
+        motions[0].velocity = [0.0, 0.0, 0.02];
     }
     let method = scene.method();
     let mut parts = on_threads(decomposition.ranks(), |comm| {

@@ -3,7 +3,8 @@
 use crate::fluid::WallMotion;
 use crate::math::{TimeFunction, Vec3};
 use crate::units::Units;
-use crate::wall::{Motion, Surface, Wall};
+use crate::wall::{Inlet, Motion, Surface, Wall};
+use std::collections::BTreeMap;
 
 /// Sines of angles and relative lengths below this count as zero.
 const TOLERANCE: f64 = 1e-9;
@@ -49,6 +50,8 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
 pub struct LatticeWalls {
     surfaces: Vec<Surface>,
     motions: Vec<Motion>,
+    /// By number of the wall.
+    inlets: BTreeMap<usize, Inlet>,
     units: Units,
 }
 
@@ -63,8 +66,15 @@ impl LatticeWalls {
         Self {
             surfaces: walls.iter().map(|wall| wall.surface).collect(),
             motions: walls.iter().map(|wall| wall.motion.clone()).collect(),
+            inlets: BTreeMap::new(),
             units: *units,
         }
+    }
+
+    /// The same walls, through some of which, given by their numbers, fluid comes in.
+    #[must_use]
+    pub fn with_inlets(self, inlets: &BTreeMap<usize, Inlet>) -> Self {
+        Self { inlets: inlets.clone(), ..self }
     }
 
     /// The first wall that holds the centre of a cell.
@@ -82,7 +92,8 @@ impl LatticeWalls {
 
     /// True if one of them changes its motion in time.
     pub fn vary(&self) -> bool {
-        self.motions.iter().any(|motion| !motion.is_steady())
+        let varies = |inlet: &Inlet| inlet.velocity.constant().is_none();
+        self.motions.iter().any(|motion| !motion.is_steady()) || self.inlets.values().any(varies)
     }
 
     /// Their motions in the middle of the step after `step` steps, when populations meet them; before the first step in that of the
@@ -95,14 +106,22 @@ impl LatticeWalls {
             angular_velocity: (motion.angular_velocity.at(time) * dt).into(),
             pivot: (motion.pivot / dx).into(),
             varies: !motion.is_steady(),
+            ..WallMotion::default()
         };
-        self.motions.iter().map(motion).collect()
+        let mut motions: Vec<WallMotion> = self.motions.iter().map(motion).collect();
+        for (&wall, Inlet { velocity, profile }) in &self.inlets {
+            motions[wall].velocity = (velocity.at(time) * (dt / dx)).into();
+            motions[wall].varies = velocity.constant().is_none();
+            motions[wall].profile = profile.scaled(1.0 / dx);
+        }
+        motions
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Profile;
 
     fn wall(
         surface: Surface,
@@ -176,6 +195,20 @@ mod tests {
         let exact = turning.velocity(Vec3::from(place) * units.dx, 0.0) / units.velocity();
         let lattice = Vec3::from(walls.motions(None)[0].at(place));
         assert!((lattice - exact).norm() < 1e-15);
+    }
+
+    #[test]
+    fn an_inlet_moves_like_its_fluid_and_its_profile_has_lengths_in_cells() {
+        let units = Units { dx: 0.25, dt: 0.01, density: 1000.0 };
+        let profile = Profile::Parabolic([Some([0.0, 1.0]), None, None]);
+        let inlet = Inlet { velocity: once(2.0 * Vec3::z()), profile };
+        let floor = wall(PLANE, Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
+        let walls = LatticeWalls::new(&[floor], &units).with_inlets(&[(0, inlet)].into());
+        let motion = walls.motions(Some(50))[0];
+        assert!(walls.vary() && motion.varies);
+        // Half-way between two walls that are four cells apart.
+        let [x, y, z] = motion.at([2.0, 7.0, 0.0]);
+        assert!(x == 0.0 && y == 0.0 && (z - 1.5 * 1.01 * 0.04).abs() < 1e-15, "{z}");
     }
 
     #[test]

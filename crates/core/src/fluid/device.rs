@@ -6,6 +6,7 @@
 
 mod bodies;
 mod exchange;
+mod passing;
 mod populations;
 
 pub(super) use populations::Populations;
@@ -58,6 +59,7 @@ struct CompiledKernels {
     flow_total: NamedKernel,
     copy_links: NamedKernel,
     interpolate_links: NamedKernel,
+    pass_outlets: NamedKernel,
     pack: NamedKernel,
     unpack: NamedKernel,
     departed: NamedKernel,
@@ -71,6 +73,7 @@ impl CompiledKernels {
             flow_total: of.kernel("flow_total"),
             copy_links: of.kernel("copy_links"),
             interpolate_links: of.kernel("interpolate_links"),
+            pass_outlets: of.kernel("pass_outlets"),
             pack: of.kernel("pack"),
             unpack: of.kernel("unpack"),
             departed: of.kernel("departed"),
@@ -207,6 +210,7 @@ impl<S: Population> DeviceSweep<S> {
         self.transferred += size_of_val(received) as u64;
         // The host need not wait for these.
         self.copy(&self.exchange.swept[phase.next() as usize], populations)?;
+        self.pass_outlets(self.exchange.outlets[phase.next() as usize].as_ref(), populations)?;
         self.interpolate(self.exchange.interpolated[0].as_ref(), phase.next(), populations)
     }
 

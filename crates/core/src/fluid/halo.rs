@@ -2,7 +2,8 @@
 //!
 //! After a sweep from [`AaPhase::Even`] the boundary cells of a block are copied to the ghosts of its neighbours (*fill*),
 //! which the next sweep reads and writes; after that one the ghosts are copied back (*return*). Both copy the same slots:
-//! for a face the 5 populations that cross it, for an edge 1, for a corner none. Nothing crosses a closed face.
+//! for a face the 5 populations that cross it, for an edge 1, for a corner none. Nothing crosses a closed face; along one that
+//! [passes](crate::domain::Face::passes) populations what it sends back into cells of the neighbour crosses, too ([`Beyond`]).
 
 use super::layout::{AaPhase, Layout};
 use crate::comm::{Comm, Halo};
@@ -36,6 +37,7 @@ impl Message {
     /// All messages of a rank by peer, ascending, including those to itself.
     fn all(layout: &Layout, decomposition: &Decomposition, rank: usize) -> BTreeMap<usize, Self> {
         let mut messages = BTreeMap::<usize, Self>::new();
+        let [outwards, inwards] = beyond(decomposition, rank);
         // Sender and receiver list the directions in the order of the sender.
         for d in C.iter().skip(1).copied() {
             if decomposition.grid[0] == 1 && d[1] == 0 && d[2] == 0 {
@@ -45,13 +47,13 @@ impl Message {
             let back = d.map(|x| -x);
             if let Some(peer) = neighbour(decomposition, rank, d) {
                 let message = messages.entry(peer).or_default();
-                message.from[1].extend(runs(layout, back, Side::Boundary));
-                message.from[0].extend(runs(layout, d, Side::Ghost));
+                message.from[1].extend(runs(layout, back, Side::Boundary, &outwards));
+                message.from[0].extend(runs(layout, d, Side::Ghost, &inwards));
             }
             if let Some(peer) = neighbour(decomposition, rank, back) {
                 let message = messages.entry(peer).or_default();
-                message.to[1].extend(runs(layout, back, Side::Ghost));
-                message.to[0].extend(runs(layout, d, Side::Boundary));
+                message.to[1].extend(runs(layout, back, Side::Ghost, &outwards));
+                message.to[0].extend(runs(layout, d, Side::Boundary, &inwards));
             }
         }
         messages
@@ -64,6 +66,20 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
     let to: [isize; 3] = std::array::from_fn(|a| block[a] as isize + d[a]);
     let inside = |a: usize| (0..decomposition.grid[a] as isize).contains(&to[a]);
     (0..3).all(|a| decomposition.domain.is_periodic(a) || inside(a)).then(|| decomposition.rank_at(to))
+}
+
+/// Directions along each axis in which populations are copied in one more layer of cells: to the lower and to the upper face.
+type Beyond = [[isize; 2]; 3];
+
+/// At faces of the block that pass populations what they send back lies, on entering `Odd`, in the ghosts beyond, in slots of populations
+/// that go outwards, and on entering `Even` in the cells beside them, in slots of those that go inwards.
+fn beyond(decomposition: &Decomposition, rank: usize) -> [Beyond; 2] {
+    let (block, faces) = (decomposition.grid_index(rank), decomposition.domain.faces);
+    let outwards: Beyond = std::array::from_fn(|a| {
+        let is_last = [block[a] == 0, block[a] + 1 == decomposition.grid[a]];
+        [0, 1].map(|side| isize::from(is_last[side] && faces[2 * a + side].passes()) * [-1, 1][side])
+    });
+    [outwards, outwards.map(|sides| sides.map(|c| -c))]
 }
 
 /// All slots of some runs.
@@ -240,14 +256,17 @@ enum Side {
 /// The slots that cross a face or edge in direction `d`, population by population.
 ///
 /// A real cell reaches ghost `g` through population `j` from `g - c_j`, so along the face only ghosts with a real
-/// `g - c_j` count; the rest belongs to a neighbouring edge.
-fn runs(layout: &Layout, d: [isize; 3], side: Side) -> Vec<Run> {
+/// `g - c_j` count; the rest belongs to a neighbouring edge, or is sent back by a face: `more`.
+fn runs(layout: &Layout, d: [isize; 3], side: Side, more: &Beyond) -> Vec<Run> {
     let mut runs = Vec::new();
     for j in (1..Q).filter(|&j| (0..3).all(|a| d[a] == 0 || C[j][a] == d[a])) {
         let range = |a: usize| {
             let n = layout.size[a] as isize;
             match (d[a], side) {
-                (0, _) => C[j][a].max(0)..n + C[j][a].min(0),
+                (0, _) => {
+                    let [low, high] = more[a].map(|c| isize::from(c != 0 && c == C[j][a]));
+                    C[j][a].max(0) - low..n + C[j][a].min(0) + high
+                }
                 (1, Side::Ghost) => n..n + 1,
                 (_, Side::Ghost) => -1..0,
                 (1, Side::Boundary) => 0..1,

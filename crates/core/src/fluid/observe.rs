@@ -106,7 +106,7 @@ impl<S: Population> Fluid<S> {
     /// Force and torque on each wall in the last step over the cells of this block, as exact sums; without the pressure of a
     /// fluid at rest with density 1.
     pub fn wall_loads(&self) -> Vec<WallLoad> {
-        self.walls.loads(&self.layout, &self.populations)
+        self.walls.loads(&self.layout, &self.populations, self.phase)
     }
 
     /// Number of cells of the block in no wall.

@@ -87,6 +87,26 @@ impl<S: Population> Fluid<S> {
 }
 
 #[cfg(test)]
+impl<S: Population> Fluid<S> {
+    /// Restores the cells that a saved block and that of the fluid have in common, one by one.
+    pub(super) fn restore_common(&mut self, saved: Block, bytes: &[u8]) {
+        let mine = self.block();
+        let mut cells = bytes.chunks_exact(Self::SAVED_BYTES);
+        for z in saved.lo[2]..saved.hi[2] {
+            for y in saved.lo[1]..saved.hi[1] {
+                for x in saved.lo[0]..saved.hi[0] {
+                    let (cell, bytes) = ([x, y, z], cells.next().unwrap());
+                    if (0..3).all(|a| (mine.lo[a]..mine.hi[a]).contains(&cell[a])) {
+                        let hi = cell.map(|n| n + 1);
+                        self.restore(Block { lo: cell, hi }, bytes).unwrap();
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use super::super::{Boundary, Collision, FluidParams, Simd, WallMotion};
     use super::*;
@@ -105,7 +125,7 @@ mod tests {
             velocity,
             angular_velocity,
             pivot: [6.0, 5.0, 5.0],
-            varies: false,
+            ..WallMotion::default()
         };
         let motions = vec![
             motion([0.01, -0.02, 0.0], [0.0; 3]),
@@ -187,30 +207,13 @@ mod tests {
                         // What is there does not matter.
                         advance(&mut fluid, ranks);
                         for (block, bytes, ..) in &runs {
-                            restore_common(&mut fluid, *block, bytes);
+                            fluid.restore_common(*block, bytes);
                         }
                         fluid.resume();
                         assert_eq!(outcome(&fluid, &comm), runs[0].2, "{periodic:?} {before} {ranks}");
                         advance(&mut fluid, 3);
                         assert_eq!(outcome(&fluid, &comm), runs[0].3, "{periodic:?} {before} {ranks}");
                     });
-                }
-            }
-        }
-    }
-
-    /// Restores the cells that a saved block and that of the fluid have in common, one by one.
-    fn restore_common(fluid: &mut Fluid<f32>, saved: Block, bytes: &[u8]) {
-        let mine = fluid.block();
-        let mut cells = bytes.chunks_exact(Fluid::<f32>::SAVED_BYTES);
-        for z in saved.lo[2]..saved.hi[2] {
-            for y in saved.lo[1]..saved.hi[1] {
-                for x in saved.lo[0]..saved.hi[0] {
-                    let (cell, bytes) = ([x, y, z], cells.next().unwrap());
-                    if (0..3).all(|a| (mine.lo[a]..mine.hi[a]).contains(&cell[a])) {
-                        let hi = cell.map(|n| n + 1);
-                        fluid.restore(Block { lo: cell, hi }, bytes).unwrap();
-                    }
                 }
             }
         }

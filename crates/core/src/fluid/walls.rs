@@ -9,7 +9,8 @@
 //! and the wall gains the momentum `-(f'_-i(x) + f_i(x)) c_i`. In place this is one copy per link after a sweep,
 //! from `near = (x, i)` to `far = (w, -i)` on entering [`AaPhase::Odd`], back on entering [`AaPhase::Even`]. Links
 //! across the ends of rows ([`RowEnds`]) and between two cells of the block are done within the sweep. Wall cells
-//! that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]). Details: `docs/theory/fluid.md`.
+//! that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]). An inlet is a wall that moves along its normal; free slip
+//! and outlets: [`passing`]. Details: `docs/theory/fluid.md`.
 //!
 //! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice
 //! Boltzmann Method, Eqs. (5.26) and (5.79).
@@ -18,6 +19,7 @@ mod cells;
 mod find;
 mod interpolated;
 mod motion;
+mod passing;
 mod rule;
 
 use super::Real;
@@ -34,6 +36,8 @@ use find::Map;
 pub(crate) use interpolated::CellList;
 use interpolated::Interpolated;
 pub use motion::WallMotion;
+pub(crate) use passing::PassList;
+use passing::Passing;
 pub(crate) use rule::LinkRule;
 
 /// The walls round and in a box, lattice units.
@@ -69,6 +73,8 @@ pub struct WallLoad {
     pub force: [i128; 3],
     /// Torque about the pivot of its motion.
     pub torque: [i128; 3],
+    /// Mass that came from it into the fluid.
+    pub mass: i128,
 }
 
 /// Of cells in no wall.
@@ -95,6 +101,9 @@ pub(crate) struct Walls<S: Population> {
     /// Links between cells of the block, by the row whose sweep completes them, so that the memory they touch is in the
     /// cache; no row at all if there is none.
     early: Vec<Vec<Run>>,
+    /// Links whose populations faces pass on to other cells.
+    passed: Vec<Run>,
+    passing: Passing<S::Number>,
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
     /// Data of the rules of runs, link by link.
@@ -141,6 +150,8 @@ impl<S: Population> Walls<S> {
             motions: boundary.motions.to_vec(),
             late: Vec::new(),
             early: Vec::new(),
+            passed: Vec::new(),
+            passing: Passing::new(layout),
             to_far: std::array::from_fn(|i| {
                 (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
             }),
@@ -158,12 +169,14 @@ impl<S: Population> Walls<S> {
             return Ok(walls);
         }
         let map = Map::new(domain, block, boundary)?;
-        let at_end = [block.lo[0] == 0, block.hi[0] == domain.cells[0]];
-        let closed = [0, 1].map(|face| at_end[face] && domain.faces[face] != Face::Periodic);
+        let closed =
+            [0, 1].map(|face| map.is_at(face) && matches!(domain.faces[face], Face::Wall | Face::Inlet));
         walls.find_ends(&map, closed);
         walls.find_runs(layout, &map, closed, boundary.part_of_link);
         walls.interpolated.set_motions(layout, walls.lo, &walls.motions, WallMotion::moves);
         walls.find_cells(&map);
+        let wrap_x = domain.is_periodic(0) && size[0] == domain.cells[0];
+        walls.passing.find(layout, &map, domain.faces, wrap_x);
         Ok(walls)
     }
 
@@ -234,6 +247,7 @@ impl<S: Population> Walls<S> {
         if let Some(runs) = self.early.get(row) {
             self.bounce(runs, entered, populations);
         }
+        self.passing.apply(row, entered, populations);
         self.interpolated.apply(Some(row), entered, populations, again);
     }
 
@@ -270,12 +284,24 @@ impl<S: Population> Walls<S> {
                 populations[far + k] = run.rule.sent(populations[run.near + k], &numbers[each * k..]);
             }
         }
-        self.interpolated.begin(populations);
         for ends in &self.ends {
             ends.each(layout, self.size, |link, _, _, near, far| {
                 populations[far] = ends.rule.sent(populations[near], ends.numbers_of(link));
             });
         }
+        self.interpolated.each(|_, [near, far], _, _| populations[far] = populations[near]);
+        // What outlets send back depends on all that their cells have sent.
+        let outwards = self.passed.iter().flat_map(|run| {
+            let (i, far) = (usize::from(run.direction), self.far(run));
+            let here = run.near + opposite(i) * layout.stride - i * layout.stride;
+            (0..run.count as usize).map(move |k| [here + k, far + k])
+        });
+        self.passing.begin(populations, outwards);
+    }
+
+    /// The same for interpolated links, which change `near`, once what faces pass on has crossed to other blocks.
+    pub(crate) fn begin_interpolated(&self, populations: &mut [S]) {
+        self.interpolated.begin(populations);
     }
 
     /// All links as a device applies them, a list for each rule: those within the block, then those that wait for the halo exchange.
@@ -319,11 +345,13 @@ impl<S: Population> Walls<S> {
 
     /// Force on every wall in the last step over the links of the block, and torque about its pivot, as sums of
     /// fixed-point numbers; without those of a fluid at rest with density 1.
-    pub(crate) fn loads(&self, layout: &Layout, populations: &[S]) -> Vec<WallLoad> {
+    pub(crate) fn loads(&self, layout: &Layout, populations: &[S], entered: AaPhase) -> Vec<WallLoad> {
         let mut loads = vec![WallLoad::default(); self.motions.len()];
         let mut add = |wall: u16, i: usize, cell: [usize; 3], near: usize, far: usize| {
             let (near, far) = (populations[near].wide(), populations[far].wide());
             let load = &mut loads[usize::from(wall)];
+            let [sent, arrived] = ends_of([near, far], entered);
+            load.mass += i128::from(to_fixed(arrived - sent));
             let c = C[i].map(|c| c as f64);
             let pivot = self.motions[usize::from(wall)].pivot;
             let r: [f64; 3] =
@@ -334,7 +362,7 @@ impl<S: Population> Walls<S> {
                 load.torque[a] -= i128::from(to_fixed((near + far) * (r[b] * c[d] - r[d] * c[b])));
             }
         };
-        for run in self.late.iter().chain(self.early.iter().flatten()) {
+        for run in self.late.iter().chain(self.early.iter().flatten()).chain(&self.passed) {
             let (far, i) = (self.far(run), usize::from(run.direction));
             let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
             for k in 0..run.count as usize {
@@ -356,7 +384,7 @@ impl<S: Population> Walls<S> {
 
 /// Origin and destination of a population on entering a phase, of the two ends of a link.
 #[inline(always)]
-fn ends_of([near, far]: [usize; 2], entered: AaPhase) -> [usize; 2] {
+fn ends_of<T>([near, far]: [T; 2], entered: AaPhase) -> [T; 2] {
     if entered == AaPhase::Odd { [near, far] } else { [far, near] }
 }
 
@@ -413,5 +441,7 @@ impl<T> RowEnds<T> {
 
 #[cfg(test)]
 mod flow_tests;
+#[cfg(test)]
+mod passing_tests;
 #[cfg(test)]
 mod tests;

@@ -12,6 +12,7 @@
 
 use super::Samples;
 use crate::case::Setup;
+use crate::domain::Face;
 use crate::math::Vec3;
 use crate::output::series::{DRAG, LOADS, PLANE_COLUMNS};
 use crate::output::{Estimate, SeriesRow, Summary, estimate_mean, estimate_ratio};
@@ -40,6 +41,10 @@ impl Plates {
         else {
             return None;
         };
+        let is_plain = |face: &Face| matches!(face, Face::Periodic | Face::Wall);
+        if !setup.domain.faces.iter().all(is_plain) {
+            return None;
+        }
         let turns = |wall: &Wall| !wall.motion.angular_velocity.is_zero();
         let passes = second.motion.velocity.constant()? - first.motion.velocity.constant()?;
         let along = passes.try_normalize(0.0)?;

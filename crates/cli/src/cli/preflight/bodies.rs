@@ -42,7 +42,11 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
 /// One row for each wall.
 pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
-    for wall in setup.walls.iter().take(SHOWN) {
+    for (number, wall) in setup.walls.iter().take(SHOWN).enumerate() {
+        if let Some(remark) = setup.passage(number) {
+            rows.push(row("face", wall.name.clone(), remark));
+            continue;
+        }
         let [v, w] = [&wall.motion.velocity, &wall.motion.angular_velocity]
             .map(|of| of.constant().unwrap_or_else(|| of.largest()));
         let mut motion = Vec::new();

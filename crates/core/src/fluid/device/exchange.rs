@@ -1,5 +1,6 @@
 //! Exchange after the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
 
+use super::passing::Outlets;
 use super::{DeviceSweep, Populations, filled};
 use crate::comm::{Comm, Halo};
 use crate::device::{Argument, Array, Done, Kernels, Queue};
@@ -14,7 +15,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Name of the lists in messages.
-const LINKS: &str = "the links of a block";
+pub(super) const LINKS: &str = "the links of a block";
 
 /// Populations that are copied along links of one rule, from slots to slots.
 pub(super) struct Copies {
@@ -168,6 +169,8 @@ pub(super) struct Exchange<S> {
     pub(super) swept: [Vec<Copies>; 2],
     own: [Vec<Copies>; 2],
     late: [Vec<Copies>; 2],
+    /// After the sweep, as `swept`.
+    pub(super) outlets: [Option<Outlets>; 2],
     /// After the sweep, and after the halo exchange, in both phases.
     pub(super) interpolated: [Option<Interpolated>; 2],
     crossing: Crossing<S>,
@@ -192,10 +195,15 @@ impl<S: Population> Exchange<S> {
             |[to, from]: [Vec<u64>; 2]| Copies::new::<S::Number>(queue, [&to, &from], LinkRule::Resting, &[]);
         let swept = |entered: AaPhase| -> Result<Vec<Copies>> {
             let mut copies = of_links(&early, entered)?;
+            copies.extend(plain(fluid.walls.passed(entered).0.slips)?);
             if fluid.wrap_x {
                 copies.extend(plain(WrapX::new(&fluid.layout, entered.next()).slots(&fluid.layout))?);
             }
             Ok(copies)
+        };
+        let outlets = |entered: AaPhase| {
+            let (list, left) = fluid.walls.passed(entered);
+            Outlets::new::<S>(queue, &list, left)
         };
         let own = |entered: AaPhase| -> Result<Vec<Copies>> {
             Ok(plain(fluid.halo.own_slots(entered))?.into_iter().collect())
@@ -203,6 +211,7 @@ impl<S: Population> Exchange<S> {
         Ok(Self {
             swept: [swept(AaPhase::Even)?, swept(AaPhase::Odd)?],
             own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
+            outlets: [outlets(AaPhase::Even)?, outlets(AaPhase::Odd)?],
             late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
             interpolated: [
                 Interpolated::new::<S>(queue, &cells)?,

@@ -861,6 +861,25 @@ __kernel void interpolate_links(__global Stored* g, const Slots now, const Slots
     WRITE(g, cells[k], SCALED(UNSCALED(READ(g, cells[k])) - gained));
 }
 
+// What cells beside outlets send back: `first` is the first link of each, `left` the distances from a cell to what has left it.
+__kernel void pass_outlets(__global Stored* g, const Slots left, __global const ulong* cells, __global const REAL* excess,
+                           __global const uint* first, __global const ulong* from, __global const ulong* to,
+                           __global const REAL* weights, const ulong count) {
+    size_t k = get_global_id(0);
+    if (k >= count) return;
+    REAL sum = K(0.0), momentum[3] = {K(0.0), K(0.0), K(0.0)};
+    for (int i = 1; i < Q; i++) {
+        REAL population = UNSCALED(READ(g, cells[k] + left.of[i]));
+        sum = sum + population;
+        for (int a = 0; a < 3; a++) momentum[a] = momentum[a] + (REAL)C[i][a] * population;
+    }
+    REAL square = (momentum[0] * momentum[0] + momentum[1] * momentum[1]) + momentum[2] * momentum[2];
+    REAL more = excess[k] - (K(1.5) * sum - K(0.75) * square);
+    for (uint l = first[k]; l < first[k + 1]; l++) {
+        WRITE(g, to[l], SCALED(UNSCALED(READ(g, from[l])) + weights[l] * more));
+    }
+}
+
 // Populations that cross to other blocks, into a message and out of it, from the numbers `at` and `first` of the lists on.
 __kernel void pack(__global const Stored* g, __global const ulong* from, const ulong count, __global Stored* message) {
     size_t k = get_global_id(0);

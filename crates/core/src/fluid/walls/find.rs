@@ -2,7 +2,7 @@
 
 use super::interpolated::{Cell, Link, Shapes};
 use super::{Boundary, LinkRule, NO_WALL, PartOfLink, RowEnds, Run, WallRow, Walls};
-use crate::domain::{Block, Domain};
+use crate::domain::{Block, Domain, Face};
 use crate::error::Result;
 use crate::fluid::layout::Layout;
 use crate::fluid::{Population, Real};
@@ -16,6 +16,17 @@ pub(super) struct Map {
     size: [usize; 3],
     lo: [usize; 3],
     walls: Vec<u16>,
+    /// The wall of each closed face of the box.
+    faces: [u16; 6],
+}
+
+/// Where a population that arrives in a fluid cell from a wall comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Back {
+    /// From the cell itself, off this wall.
+    Bounced(u16),
+    /// From a cell beside a face of the box, which has sent it in this direction.
+    Passed { face: usize, source: [isize; 3], sent: usize },
 }
 
 impl Map {
@@ -44,8 +55,72 @@ impl Map {
                 }
             }
         }
-        let lo = block.lo;
-        Ok(Self { domain: *domain, size, lo, walls })
+        let middle = domain.cells.map(|n| n as i64 / 2);
+        let faces = std::array::from_fn(|n| {
+            let mut cell = middle;
+            cell[n / 2] = if n % 2 == 0 { -1 } else { cells[n / 2] };
+            let wall = if domain.is_periodic(n / 2) { None } else { (boundary.wall_of)(cell) };
+            wall.map_or(NO_WALL, |wall| wall as u16)
+        });
+        Ok(Self { domain: *domain, size, lo: block.lo, walls, faces })
+    }
+
+    /// Returns true if the block lies at a face of the box.
+    pub(super) fn is_at(&self, face: usize) -> bool {
+        let axis = face / 2;
+        let end = self.lo[axis] + self.size[axis] == self.domain.cells[axis];
+        if face % 2 == 0 { self.lo[axis] == 0 } else { end }
+    }
+
+    /// Where `f_i` of a cell of the block or a ghost comes from, if that is a fluid cell and the link leads to a wall. Where faces meet,
+    /// an inlet comes first, so that its flux is exact, then walls, then outlets; free slip mirrors what the other one does.
+    pub(super) fn back(&self, [x, y, z]: [isize; 3], i: usize) -> Option<Back> {
+        let ([cx, cy, cz], cell) = (C[i], self.in_box([x, y, z]));
+        let wall = self.at(x - cx, y - cy, z - cz);
+        if wall == NO_WALL || self.at(x, y, z) != NO_WALL {
+            return None;
+        }
+        let crossed = |a: usize| {
+            let to = cell[a] - C[i][a];
+            let beyond = [to < 0, to >= self.domain.cells[a] as isize];
+            let face = beyond.iter().position(|beyond| *beyond)?;
+            (!self.domain.is_periodic(a)).then_some(2 * a + face)
+        };
+        let rank = |face: usize| match self.domain.faces[face] {
+            Face::Inlet => 0,
+            Face::Wall | Face::Periodic => 1,
+            Face::Outlet { .. } => 2,
+            Face::FreeSlip => 3,
+        };
+        let mut faces: Vec<usize> = (0..3).filter_map(crossed).collect();
+        faces.sort_by_key(|&face| rank(face));
+        let Some(&first) = faces.first() else { return Some(Back::Bounced(wall)) };
+        if !self.domain.faces[first].passes() {
+            let same = |&&face: &&usize| rank(face) == rank(first) && self.faces[face] == wall;
+            let other = faces.iter().find(same).unwrap_or(&first);
+            return Some(Back::Bounced(if faces.len() == 1 { wall } else { self.faces[*other] }));
+        }
+        let slips = self.domain.faces[first] == Face::FreeSlip;
+        let mut source = [x, y, z];
+        match faces[..] {
+            // The population is mirrored twice.
+            [_, _] if slips => return Some(Back::Bounced(wall)),
+            [_] => {
+                (0..3).filter(|&a| a != first / 2).for_each(|a| source[a] -= C[i][a]);
+                let beside = self.at(source[0], source[1], source[2]);
+                if beside != NO_WALL {
+                    return Some(Back::Bounced(beside));
+                }
+            }
+            _ => {}
+        }
+        // Mirrored by the face that slips: the one that comes back into the cell itself, or the only one.
+        let mirror = faces[faces.len() - 1] / 2;
+        let mirrors = slips || faces.len() > 1;
+        let way: [isize; 3] =
+            std::array::from_fn(|a| if mirrors && a == mirror { -C[i][a] } else { C[i][a] });
+        let sent = C.iter().position(|&c| c == way).expect("mirrored directions are of the lattice");
+        Some(Back::Passed { face: first, source, sent })
     }
 
     /// The wall of a cell of the block or a ghost.
@@ -93,10 +168,13 @@ impl<S: Population> Walls<S> {
             };
             let mut varies = false;
             for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
-                let in_fluid = map.at(last, y, z) == NO_WALL;
                 for i in directions {
-                    let wall = map.at(ghost, y - C[i][1], z - C[i][2]);
-                    ends.walls.push(if in_fluid { wall } else { NO_WALL });
+                    let back = map.back([last, y, z], i);
+                    let wall = match back {
+                        Some(Back::Bounced(wall)) => wall,
+                        _ => map.at(ghost, y - C[i][1], z - C[i][2]),
+                    };
+                    ends.walls.push(if back.is_some() { wall } else { NO_WALL });
                     let motion = &self.motions[usize::from(wall)];
                     ends.numbers.push(motion.correction(map.in_box([last, y, z]), i));
                     varies |= motion.varies;
@@ -129,33 +207,40 @@ impl<S: Population> Walls<S> {
                 let end = nx - isize::from(closed[1] && cx < 0);
                 // First cell, wall, and whether it is beyond the block.
                 let link = |x: isize| {
-                    let wall = map.at(x - cx, y - cy, z - cz);
-                    let is_link = wall != NO_WALL && map.at(x, y, z) == NO_WALL;
-                    is_link.then_some((x, wall, other.is_none() || !(0..nx).contains(&(x - cx))))
+                    let (wall, passed) = match map.back([x, y, z], i)? {
+                        Back::Bounced(wall) => (wall, false),
+                        Back::Passed { face, .. } => (map.faces[face], true),
+                    };
+                    Some((x, wall, other.is_none() || !(0..nx).contains(&(x - cx)), passed))
                 };
                 let mut links: Vec<_> = (first..end).filter_map(link).collect();
                 links.retain(|&(x, ..)| {
                     let link = map.interpolated(part_of, [x, y, z], i);
                     link.inspect(|link| interpolated.entry(x).or_default().push(*link)).is_none()
                 });
-                for links in links.chunk_by(|a, b| a.0 + 1 == b.0 && (a.1, a.2) == (b.1, b.2)) {
-                    let (x, wall, late) = links[0];
+                for links in links.chunk_by(|a, b| a.0 + 1 == b.0 && (a.1, a.2, a.3) == (b.1, b.2, b.3)) {
+                    let (x, wall, late, passed) = links[0];
                     let motion = self.motions[usize::from(wall)];
                     let run = Run {
                         near: i * layout.stride + layout.cell(x, y, z),
                         count: links.len() as u32,
-                        rule: if motion.moves() { LinkRule::Moving } else { LinkRule::Resting },
+                        rule: if motion.moves() && !passed { LinkRule::Moving } else { LinkRule::Resting },
                         numbers: self.numbers.len() as u32,
                         wall,
                         direction: i as u8,
                     };
                     if run.rule == LinkRule::Moving {
-                        let of = |link: &(isize, u16, bool)| {
+                        let of = |link: &(isize, u16, bool, bool)| {
                             motion.correction::<S::Number>(map.in_box([link.0, y, z]), i)
                         };
                         self.numbers.extend(links.iter().map(of));
                     }
-                    if late { &mut self.late } else { &mut self.early[completed] }.push(run);
+                    match (passed, late) {
+                        (true, _) => &mut self.passed,
+                        (false, true) => &mut self.late,
+                        (false, false) => &mut self.early[completed],
+                    }
+                    .push(run);
                 }
             }
             let cell = |(x, links): (isize, Vec<Link>)| Cell {

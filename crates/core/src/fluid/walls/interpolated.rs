@@ -283,9 +283,9 @@ impl<T: Real> Interpolated<T> {
         [&self.slots[entered as usize], &self.slots[entered.next() as usize]]
     }
 
-    /// Bounces what is there in the phase `Even` as if it had been sent, so that the state is one that follows from what cells sent.
+    /// Bounces what is there in the phase `Even` as if it had been sent, as [`Walls::begin`](super::Walls::begin) has set it, so that the state
+    /// is one that follows from what cells sent.
     pub(super) fn begin<S: Population<Number = T>>(&self, populations: &mut [S]) {
-        self.each(|_, [near, far], _, _| populations[far] = populations[near]);
         for row in (0..self.early.len()).map(Some).chain([None]) {
             self.apply(row, AaPhase::Even, populations, false);
         }

@@ -4,6 +4,7 @@ use super::{LinkRule, Walls};
 use crate::fluid::layout::Layout;
 use crate::fluid::{Population, Real};
 use crate::lattice::{C, W};
+use crate::math::Profile;
 
 /// Rigid motion of a wall in a step, lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -16,6 +17,8 @@ pub struct WallMotion {
     pub pivot: [f64; 3],
     /// It may be another one in the next step.
     pub varies: bool,
+    /// Profile of the velocity, lengths in cells: of an inlet.
+    pub profile: Profile,
 }
 
 impl WallMotion {
@@ -32,11 +35,12 @@ impl WallMotion {
 
     /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
     pub fn at(&self, position: [f64; 3]) -> [f64; 3] {
+        let of_mean = self.profile.at(position);
         let (w, r): (_, [f64; 3]) =
             (self.angular_velocity, std::array::from_fn(|a| position[a] - self.pivot[a]));
         std::array::from_fn(|a| {
             let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-            self.velocity[a] + (w[b] * r[c] - w[c] * r[b])
+            (self.velocity[a] + (w[b] * r[c] - w[c] * r[b])) * of_mean
         })
     }
 }

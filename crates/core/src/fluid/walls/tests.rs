@@ -10,7 +10,7 @@ use crate::fluid::{
 };
 use crate::lattice::W;
 use crate::lattice::shifted_equilibrium;
-use crate::math::from_fixed_wide;
+use crate::math::{Profile, from_fixed_wide};
 
 pub(super) const MAGIC: Collision = Collision::Trt { magic: 0.1875 };
 
@@ -43,8 +43,13 @@ pub(super) fn face_of(cells: [usize; 3], cell: [i64; 3]) -> Option<usize> {
     (0..3).find_map(|k| side(2 - k).map(|s| 2 * k + s))
 }
 
-pub(super) const AT_REST: WallMotion =
-    WallMotion { velocity: [0.0; 3], angular_velocity: [0.0; 3], pivot: [0.0; 3], varies: false };
+pub(super) const AT_REST: WallMotion = WallMotion {
+    velocity: [0.0; 3],
+    angular_velocity: [0.0; 3],
+    pivot: [0.0; 3],
+    varies: false,
+    profile: Profile::Uniform,
+};
 
 pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {
     WallMotion { velocity, ..AT_REST }

@@ -1,0 +1,255 @@
+//! Faces of the box that are no walls for the fluid: inlets, outlets, and planes of symmetry.
+
+use super::Setup;
+use super::checks::Document;
+use super::file::{FACES, FaceSection, InletSection, ProfileKind, VectorSection};
+use super::walls::PlacedWall;
+use crate::domain::{Domain, Face};
+use crate::error::Result;
+use crate::math::{Profile, Vec3};
+use crate::units::Units;
+use crate::wall::{Inlet, Surface};
+use std::collections::BTreeMap;
+
+/// Largest density of an outlet over the reference, minus 1: the pressure is linear in the density.
+const LARGEST_EXCESS: f64 = 0.1;
+
+/// Sets the kinds of the faces, outlets at the reference density; returns the inlets by numbers of walls.
+pub(super) fn open_faces(
+    document: &Document,
+    domain: &mut Domain,
+    walls: &[PlacedWall],
+) -> Result<BTreeMap<usize, Inlet>> {
+    let sections = FACES.map(|name| document.case.domain.faces.get(name));
+    for (n, section) in sections.iter().enumerate() {
+        let Some(section) = section.filter(|_| domain.faces[n] != Face::Periodic) else { continue };
+        domain.faces[n] = kind(document, &format!("domain.faces.{}", FACES[n]), section)?;
+    }
+    let key = |n: usize, of: &str| format!("domain.faces.{}.{of}", FACES[n]);
+    let inlet = (0..6).find(|&n| domain.faces[n] == Face::Inlet);
+    if let Some(n) = inlet.filter(|_| !domain.faces.iter().any(|face| matches!(face, Face::Outlet { .. }))) {
+        let title = format!("the face \"{}\" lets fluid in, but no face lets it out", FACES[n]);
+        let remedy = "give another face an outlet, e.g. \"x+\" = { outlet = { pressure = 0 } }";
+        return Err(document.error(&key(n, "inlet"), &title, "mass would pile up", remedy));
+    }
+    let special = (0..6).find(|&n| !matches!(domain.faces[n], Face::Periodic | Face::Wall));
+    if let (Some(n), true) = (special, document.case.contact.lubrication.is_some()) {
+        let face = format!("domain.faces.{}", FACES[n]);
+        let marks = [("contact.lubrication", "knows no-slip walls"), (&*face, "no such wall")];
+        let title = "`contact.lubrication` has no law for films at inlets, outlets and faces with free slip";
+        return Err(document.error_at(
+            &marks,
+            title,
+            "remove `contact.lubrication`, or make the face a wall",
+        ));
+    }
+    let mut inlets = BTreeMap::new();
+    for (number, placed) in walls.iter().enumerate().filter(|(_, placed)| placed.is_face) {
+        let Some(n) = FACES.iter().position(|name| *name == placed.wall.name) else { continue };
+        let Some(section) = sections[n].and_then(|section| section.inlet.as_ref()) else { continue };
+        let profile = match section.profile {
+            ProfileKind::Uniform => Profile::Uniform,
+            ProfileKind::Parabolic => parabola(document, domain, walls, n)?,
+        };
+        let velocity = velocity(document, &key(n, "inlet.velocity"), section, n)?;
+        inlets.insert(number, Inlet { velocity, profile });
+    }
+    Ok(inlets)
+}
+
+/// Gives outlets their densities, once the units of the lattice are known.
+pub(super) fn set_pressures(document: &Document, domain: &mut Domain, units: &Units) -> Result<()> {
+    for (n, name) in FACES.into_iter().enumerate() {
+        let Face::Outlet { excess } = &mut domain.faces[n] else { continue };
+        let section = document.case.domain.faces.get(name).and_then(|face| face.outlet.as_ref());
+        let pressure = section.map_or(0.0, |outlet| outlet.pressure);
+        *excess = pressure / units.pressure();
+        if excess.abs() > LARGEST_EXCESS {
+            let most = LARGEST_EXCESS * units.pressure();
+            let remedy = "a smaller time step raises the limit: the lattice stores pressure as density";
+            let key = format!("domain.faces.{name}.outlet.pressure");
+            let wanted = format!("from {:.4e} to {most:.4e}", -most);
+            return Err(document.out_of_range(&key, pressure, &wanted, remedy));
+        }
+    }
+    Ok(())
+}
+
+impl Setup {
+    /// Description of a closed face of the box, given by its number among the walls, that is no wall for the fluid.
+    pub fn passage(&self, wall: usize) -> Option<String> {
+        let face = FACES.iter().position(|face| *face == self.walls[wall].name)?;
+        match self.domain.faces[face] {
+            Face::Inlet => {
+                let Inlet { velocity, profile } = self.inlets.get(&wall)?;
+                let (v, varies) = match velocity.constant() {
+                    Some(v) => (v, ""),
+                    None => (velocity.largest(), "varying, at most "),
+                };
+                let profile = if *profile == Profile::Uniform { "uniform" } else { "parabolic" };
+                Some(format!("inlet, {profile}, {varies}({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z))
+            }
+            Face::Outlet { excess } => {
+                Some(format!("outlet, pressure {:.3e} Pa", excess * self.units().pressure()))
+            }
+            Face::FreeSlip => Some("free slip".to_string()),
+            Face::Periodic | Face::Wall => None,
+        }
+    }
+}
+
+/// The kind of a closed face.
+fn kind(document: &Document, key: &str, section: &FaceSection) -> Result<Face> {
+    let given = [
+        ("inlet", section.inlet.is_some(), Face::Inlet),
+        ("outlet", section.outlet.is_some(), Face::Outlet { excess: 0.0 }),
+        ("free_slip", section.free_slip, Face::FreeSlip),
+    ];
+    let given: Vec<_> = given.into_iter().filter(|(_, is_given, _)| *is_given).collect();
+    let &[(name, _, face)] = &given[..] else {
+        let [(first, ..), (second, ..), ..] = given[..] else { return Ok(Face::Wall) };
+        let [first, second] = [first, second].map(|name| format!("{key}.{name}"));
+        let marks = [(&*first, "one kind"), (&*second, "another kind")];
+        let title = format!("`{first}` and `{second}` contradict each other");
+        return Err(document.error_at(&marks, &title, "remove one of them"));
+    };
+    let of_face = format!("{key}.{name}");
+    let moves = !section.velocity.function().is_zero();
+    if moves || section.rotation != 0.0 {
+        let motion = format!("{key}.{}", if moves { "velocity" } else { "rotation" });
+        let marks = [(&*motion, "of a wall"), (&*of_face, "no wall")];
+        let title = format!("`{motion}` moves a wall, but `{of_face}` makes the face another kind");
+        let remedy = match face {
+            Face::Inlet => "remove it; the fluid has the velocity in `inlet`",
+            _ => "remove one of them",
+        };
+        return Err(document.error_at(&marks, &title, remedy));
+    }
+    if document.case.dry.is_some() {
+        let title = format!("`{of_face}` is of the fluid, but this case is dry");
+        return Err(document.error(&of_face, &title, "no fluid", "remove it: bodies meet a wall there"));
+    }
+    Ok(face)
+}
+
+/// The velocity of an inlet, which must be along its normal and not out of the box all the time.
+fn velocity(
+    document: &Document,
+    key: &str,
+    section: &InletSection,
+    face: usize,
+) -> Result<crate::math::TimeFunction> {
+    let (axis, name, function) = (face / 2, ["x", "y", "z"][face / 2], section.velocity.function());
+    let largest = function.largest();
+    if let Some(other) = (0..3).find(|&a| a != axis && largest[a] != 0.0) {
+        let title = format!(
+            "`{key}` has a component along {}, but fluid comes in along the normal, {name}",
+            ["x", "y", "z"][other]
+        );
+        return Err(document.error(key, &title, "not along the normal", &format!("take 0 but for {name}")));
+    }
+    let inwards = if face % 2 == 0 { 1.0 } else { -1.0 };
+    if let VectorSection::Constant(velocity) = section.velocity
+        && velocity[axis] * inwards < 0.0
+    {
+        let title = format!("`{key}` points out of the box");
+        let remedy = format!("a velocity into the box has the other sign: {} along {name}", -velocity[axis]);
+        return Err(document.error(key, &title, "out of the box", &remedy));
+    }
+    Ok(function)
+}
+
+/// The profile of a flow between the walls round a face.
+fn parabola(document: &Document, domain: &Domain, walls: &[PlacedWall], face: usize) -> Result<Profile> {
+    let (normal, size) = (face / 2, domain.size());
+    let listed: Vec<&Surface> =
+        walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface).collect();
+    match listed[..] {
+        [] => {}
+        [&Surface::Cylinder { point, axis, radius, pipe: true }]
+            if axis.cross(&Vec3::ith(normal, 1.0)).norm() < 1e-9 =>
+        {
+            return Ok(Profile::Round { centre: point.into(), axis: normal, radius });
+        }
+        _ => {
+            return Err(no_parabola(
+                document,
+                face,
+                "the walls in the box are not one pipe along its normal",
+            ));
+        }
+    }
+    let between: [Option<[f64; 2]>; 3] = std::array::from_fn(|a| {
+        let slips = [0, 1].map(|side| domain.faces[2 * a + side] == Face::FreeSlip);
+        let length = size[a];
+        match slips {
+            _ if a == normal || domain.is_periodic(a) => None,
+            [true, true] => None,
+            [false, false] => Some([0.0, length]),
+            [false, true] => Some([0.0, 2.0 * length]),
+            [true, false] => Some([-length, 2.0 * length]),
+        }
+    });
+    if between == [None; 3] {
+        return Err(no_parabola(document, face, "no direction along it has walls"));
+    }
+    Ok(Profile::Parabolic(between))
+}
+
+fn no_parabola(document: &Document, face: usize, what: &str) -> crate::error::Error {
+    let key = format!("domain.faces.{}.inlet.profile", FACES[face]);
+    let title = format!("`{key}` is \"parabolic\", the flow between walls or in a pipe, but {what}");
+    document.error(&key, &title, "no such profile", "take \"uniform\"")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::case::from_text;
+
+    fn setup(faces: &str, more: &str) -> Setup {
+        let text = format!(
+            "domain = {{ size = [8e-3, 4e-3, 4e-3], periodic = [false, true, false] }}\n\
+             fluid = {{ density = 1000, viscosity = 1e-6 }}\n\
+             lattice = {{ cells_per_diameter = 5, relaxation_time = 0.6 }}\n\
+             run.end.steps = 10\n\
+             particles = [{{ shape.sphere.diameter = 1e-3, density = 2000, list = [] }}]\n{more}"
+        );
+        from_text(&text, "open", &[format!("domain.faces={faces}")]).unwrap_or_else(|e| panic!("{e}"))
+    }
+
+    #[test]
+    fn each_kind_of_face_is_what_the_case_says_in_units_of_the_lattice() {
+        let setup = setup(
+            "{ x-.inlet = { velocity = [1e-3, 0, 0], profile = \"parabolic\" }, \"x+\".outlet.pressure = 0.02, \
+             \"z+\".free_slip = true }",
+            "",
+        );
+        let [left, right, _, _, floor, top] = setup.domain.faces;
+        assert_eq!([left, floor, top], [Face::Inlet, Face::Wall, Face::FreeSlip]);
+        let Face::Outlet { excess } = right else { panic!("{right:?}") };
+        // p = c_s^2 rho' with c_s^2 = (dx / dt)^2 / 3.
+        let speed = setup.domain.dx / setup.time_step;
+        assert!((excess * 1000.0 * speed * speed / 3.0 - 0.02).abs() < 1e-12);
+        // Half of the profile between walls 8 mm apart.
+        assert_eq!(setup.inlets[&0].profile, Profile::Parabolic([None, None, Some([0.0, 8e-3])]));
+        assert_eq!(setup.inlets[&0].velocity.at(0.0), Vec3::new(1e-3, 0.0, 0.0));
+        assert_eq!(setup.open_faces(), [0, 1]);
+        let described: Vec<_> = (0..setup.walls.len()).map(|wall| setup.passage(wall)).collect();
+        let starts = ["inlet, parabolic, (1.000e-3", "outlet, pressure 2.000e-2 Pa", "", "free slip"];
+        for (text, start) in described.iter().zip(starts) {
+            assert!(text.clone().unwrap_or_default().starts_with(start), "{described:?}");
+        }
+        // Fluid may leave along y as well: nothing holds its flux at zero.
+        assert_eq!(setup.expect_fluid().net_flux, [None; 3]);
+    }
+
+    #[test]
+    fn the_profile_of_an_inlet_in_a_pipe_is_that_of_the_pipe() {
+        let faces = "{ x-.inlet = { velocity = [1e-3, 0, 0], profile = \"parabolic\" }, \"x+\".outlet = {} }";
+        let pipe = "walls = [{ name = \"pipe\", pipe = { point = [0, 2e-3, 2e-3], axis = [1, 0, 0], diameter = 3e-3 } }]";
+        let centre = [0.0, 2e-3, 2e-3];
+        let expected = Profile::Round { centre, axis: 0, radius: 1.5e-3 };
+        assert_eq!(setup(faces, pipe).inlets[&0].profile, expected);
+    }
+}
