@@ -148,7 +148,7 @@ fn velocity(
         );
         return Err(document.error(key, &title, "not along the normal", &format!("take 0 but for {name}")));
     }
-    let inwards = if face % 2 == 0 { 1.0 } else { -1.0 };
+    let inwards = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
     if let VectorSection::Constant(velocity) = section.velocity
         && velocity[axis] * inwards < 0.0
     {

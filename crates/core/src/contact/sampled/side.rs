@@ -225,16 +225,14 @@ impl Around {
         if self.is_exact {
             return Some((enter, leave));
         }
+        // Most that begin where the part of interest does are inside there.
         let end = |near: f64, start: f64, far: f64| {
-            let found = Self::nearer(line, body, [near, far], precision);
-            if near == start {
-                found
-            } else {
-                found.or_else(|| Self::nearer(line, body, [start, far], precision))
-            }
+            let is_between = near > start.min(far) && near < start.max(far);
+            let found = is_between.then(|| Self::nearer(line, body, [near, far], precision)).flatten();
+            found.or_else(|| Self::nearer(line, body, [start, far], precision))
         };
-        let enter = end(if from < leave { enter.max(from) } else { enter }, enter, leave)?;
-        Some((enter, end(if to > enter { leave.min(to) } else { leave }, leave, enter)?))
+        let enter = end(from, enter, leave)?;
+        Some((enter, end(to, leave, enter)?))
     }
 
     /// The end of the part inside, from outside on towards the other one; none if the line misses the body.

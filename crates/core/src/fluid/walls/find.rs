@@ -58,7 +58,7 @@ impl Map {
         let middle = domain.cells.map(|n| n as i64 / 2);
         let faces = std::array::from_fn(|n| {
             let mut cell = middle;
-            cell[n / 2] = if n % 2 == 0 { -1 } else { cells[n / 2] };
+            cell[n / 2] = if n.is_multiple_of(2) { -1 } else { cells[n / 2] };
             let wall = if domain.is_periodic(n / 2) { None } else { (boundary.wall_of)(cell) };
             wall.map_or(NO_WALL, |wall| wall as u16)
         });
@@ -69,7 +69,7 @@ impl Map {
     pub(super) fn is_at(&self, face: usize) -> bool {
         let axis = face / 2;
         let end = self.lo[axis] + self.size[axis] == self.domain.cells[axis];
-        if face % 2 == 0 { self.lo[axis] == 0 } else { end }
+        if face.is_multiple_of(2) { self.lo[axis] == 0 } else { end }
     }
 
     /// Where `f_i` of a cell of the block or a ghost comes from, if that is a fluid cell and the link leads to a wall. Where faces meet,

@@ -89,7 +89,7 @@ impl<T: Real> Passing<T> {
             let excess = if let Face::Outlet { excess } = face { Some(T::from_f64(excess)) } else { None };
             let mut beside = [0..nx, 0..ny, 0..nz];
             let (axis, size) = (n / 2, layout.size[n / 2] as isize);
-            beside[axis] = if n % 2 == 0 { 0..1 } else { size - 1..size };
+            beside[axis] = if n.is_multiple_of(2) { 0..1 } else { size - 1..size };
             let [xs, ys, zs] = beside;
             for (z, y) in zs.flat_map(|z| ys.clone().map(move |y| (z, y))) {
                 let cells = xs.clone().map(|x| (x, ways(layout, map, [x, y, z], n, wrap_x)));
@@ -240,7 +240,7 @@ impl<S: Population> Walls<S> {
 
 /// The ways along which a cell of the block sends populations back from a face.
 fn ways(layout: &Layout, map: &Map, cell: [isize; 3], face: usize, wrap_x: bool) -> Vec<Way> {
-    let inwards = if face % 2 == 0 { 1 } else { -1 };
+    let inwards = if face.is_multiple_of(2) { 1 } else { -1 };
     let nx = layout.size[0] as isize;
     let mut ways = Vec::new();
     for i in (1..Q).filter(|&i| C[i][face / 2] == inwards) {

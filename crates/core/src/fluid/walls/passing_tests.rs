@@ -23,7 +23,7 @@ impl Open {
             match faces[n] {
                 Face::Inlet => {
                     let along = (n / 2 + 1) % 3;
-                    motion.velocity[n / 2] = if n % 2 == 0 { 0.03 } else { -0.03 };
+                    motion.velocity[n / 2] = if n.is_multiple_of(2) { 0.03 } else { -0.03 };
                     let mut walls = [None; 3];
                     walls[along] = Some([0.0, cells[along] as f64]);
                     motion.profile = Profile::Parabolic(walls);
@@ -158,11 +158,11 @@ fn an_outlet_sends_back_what_a_like_cell_beyond_would_send() {
             step(&mut fluid, [1e-4, 0.0, 0.0]);
             for (n, face) in faces.iter().enumerate() {
                 let &Face::Outlet { excess } = face else { continue };
-                let (axis, inwards) = (n / 2, if n % 2 == 0 { 1 } else { -1 });
+                let (axis, inwards) = (n / 2, if n.is_multiple_of(2) { 1 } else { -1 });
                 for number in 0..9 * 10 * 11 {
                     let source = [number % 9, number / 9 % 10, number / 90];
                     let size = open.domain.cells;
-                    let at = if n % 2 == 0 { 0 } else { size[axis] - 1 };
+                    let at = if n.is_multiple_of(2) { 0 } else { size[axis] - 1 };
                     // Away from other faces.
                     let inside = |a: usize| a == axis || (source[a] > 1 && source[a] + 2 < size[a]);
                     if source[axis] != at || !(0..3).all(inside) {
