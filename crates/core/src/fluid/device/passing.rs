@@ -1,4 +1,4 @@
-//! What cells beside outlets send back, on a device; free slip is a copy, like a link.
+//! The kernel that sends back at outlets, on a device; free slip is a copy, like a link.
 
 use super::exchange::LINKS;
 use super::{DeviceSweep, filled};
@@ -8,7 +8,7 @@ use crate::fluid::population::Population;
 use crate::fluid::walls::PassList;
 use crate::lattice::Q;
 
-/// What cells beside outlets send back, on entering a phase.
+/// Sends back at outlets, on entering a phase.
 pub(super) struct Outlets {
     cells: Array,
     excess: Array,

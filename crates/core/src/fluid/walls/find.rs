@@ -20,7 +20,7 @@ pub(super) struct Map {
     faces: [u16; 6],
 }
 
-/// Where a population that arrives in a fluid cell from a wall comes from.
+/// Origin of a population that arrives in a fluid cell from a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Back {
     /// From the cell itself, off this wall.
@@ -72,7 +72,7 @@ impl Map {
         if face.is_multiple_of(2) { self.lo[axis] == 0 } else { end }
     }
 
-    /// Where `f_i` of a cell of the block or a ghost comes from, if that is a fluid cell and the link leads to a wall. Where faces meet,
+    /// Origin of `f_i` of a cell of the block or a ghost, if that is a fluid cell and the link leads to a wall. Where faces meet,
     /// an inlet comes first, so that its flux is exact, then walls, then outlets; free slip mirrors what the other one does.
     pub(super) fn back(&self, [x, y, z]: [isize; 3], i: usize) -> Option<Back> {
         let ([cx, cy, cz], cell) = (C[i], self.in_box([x, y, z]));

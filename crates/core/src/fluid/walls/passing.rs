@@ -232,7 +232,7 @@ impl<T: Real> Passing<T> {
 }
 
 impl<S: Population> Walls<S> {
-    /// What faces pass on, as a device does it on entering a phase, and distances from a cell to what has left it.
+    /// All that faces pass on, as a device does it on entering a phase, and distances from a cell to what has left it.
     pub(crate) fn passed(&self, entered: AaPhase) -> (PassList<S::Number>, &[usize; Q]) {
         (self.passing.list(entered), &self.passing.left[entered as usize])
     }
