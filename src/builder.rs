@@ -56,7 +56,7 @@ impl Builder {
         Self::new([4e-3; 3]).fluid(1000.0, 1e-5).lattice(4.0, 0.6).particles(sphere)
     }
 
-    /// Periodic directions: `domain.periodic`. The others are closed by walls at rest.
+    /// Periodic directions: `domain.periodic`. The others are closed, by walls at rest where nothing else is set.
     pub fn periodic(self, periodic: [bool; 3]) -> Self {
         self.set("domain.periodic", periodic)
     }

@@ -2,7 +2,7 @@
 
 use super::Setup;
 use super::checks::Document;
-use super::file::{FACES, FaceSection, InletSection, ProfileKind, VectorSection};
+use super::file::{FACES, FaceSection, InletSection, ProfileKind, VariableVector, VectorSection};
 use super::walls::PlacedWall;
 use crate::domain::{Domain, Face};
 use crate::error::Result;
@@ -149,11 +149,19 @@ fn velocity(
         return Err(document.error(key, &title, "not along the normal", &format!("take 0 but for {name}")));
     }
     let inwards = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
-    if let VectorSection::Constant(velocity) = section.velocity
-        && velocity[axis] * inwards < 0.0
-    {
-        let title = format!("`{key}` points out of the box");
-        let remedy = format!("a velocity into the box has the other sign: {} along {name}", -velocity[axis]);
+    let highest = match &section.velocity {
+        VectorSection::Constant(velocity) => velocity[axis] * inwards,
+        VectorSection::Variable(VariableVector::Table(rows)) => {
+            rows.iter().map(|row| row[axis + 1] * inwards).fold(f64::NEG_INFINITY, f64::max)
+        }
+        VectorSection::Variable(VariableVector::Oscillation(of)) => {
+            of.mean[axis] * inwards + of.amplitude[axis].abs()
+        }
+    };
+    if highest < 0.0 {
+        let title = format!("`{key}` points out of the box at all times");
+        let remedy =
+            format!("a velocity into the box has the other sign along {name}; fluid leaves by an outlet");
         return Err(document.error(key, &title, "out of the box", &remedy));
     }
     Ok(function)
@@ -169,6 +177,17 @@ fn parabola(document: &Document, domain: &Domain, walls: &[PlacedWall], face: us
         [&Surface::Cylinder { point, axis, radius, pipe: true }]
             if axis.cross(&Vec3::ith(normal, 1.0)).norm() < 1e-9 =>
         {
+            let least = 1e-9 * radius;
+            let fits = |a: usize| {
+                let half =
+                    |end: usize, to: f64| to.abs() < least && domain.faces[2 * a + end] == Face::FreeSlip;
+                let [below, above] = [point[a], size[a] - point[a]];
+                (below >= radius - least || half(0, below)) && (above >= radius - least || half(1, above))
+            };
+            if !(0..3).filter(|&a| a != normal).all(fits) {
+                let what = "the pipe is not whole in the box, nor halved by a plane of symmetry";
+                return Err(no_parabola(document, face, what));
+            }
             return Ok(Profile::Round { centre: point.into(), axis: normal, radius });
         }
         _ => {
@@ -177,6 +196,15 @@ fn parabola(document: &Document, domain: &Domain, walls: &[PlacedWall], face: us
                 face,
                 "the walls in the box are not one pipe along its normal",
             ));
+        }
+    }
+    let beside = (0..6).filter(|n| n / 2 != normal && !domain.is_periodic(n / 2));
+    for n in beside {
+        let of_face = |placed: &&PlacedWall| placed.is_face && placed.wall.name == FACES[n];
+        let rests = walls.iter().find(of_face).is_some_and(|placed| placed.wall.motion.rests());
+        if domain.faces[n].is_open() || !rests {
+            let what = format!("the face \"{}\" beside it is no wall at rest", FACES[n]);
+            return Err(no_parabola(document, face, &what));
         }
     }
     let between: [Option<[f64; 2]>; 3] = std::array::from_fn(|a| {

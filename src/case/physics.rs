@@ -172,7 +172,7 @@ fn driven(
         }
         if let Some(axis) = (0..3).find(|&i| flux[i] != 0.0 && !periodic[i]) {
             let title =
-                format!("`{target}` is {} m/s along {}, which is closed by walls", flux[axis], axes[axis]);
+                format!("`{target}` is {} m/s along {}, which is not periodic", flux[axis], axes[axis]);
             let remedy = "take 0 there, or open the direction by `domain.periodic`";
             return Err(document.error(&format!("{target}.{axis}"), &title, "no way through", remedy));
         }

@@ -2,10 +2,11 @@
 //! mixed up, particles lighter than the coupling is tested for. Refused or warned of with the place in the case.
 
 use super::checks::Document;
-use super::file::{FluidSection, FluidStart, LatticeSection, PositionsBy, TimeStepBy, ViscosityBy};
+use super::file::{FACES, FluidSection, FluidStart, LatticeSection, PositionsBy, TimeStepBy, ViscosityBy};
 use super::speeds::wall_speed;
 use super::{FluidSetup, Setup};
 use crate::coupling::VirtualMass;
+use crate::domain::Face;
 use crate::error::Result;
 use crate::particle::{Particle, Template};
 use std::collections::BTreeSet;
@@ -134,6 +135,20 @@ impl Review<'_> {
             let speed = inlet.velocity.largest().norm() * inlet.profile.largest();
             let key = format!("domain.faces.{name}.inlet.velocity");
             follow(&format!("the fluid at the inlet \"{name}\""), speed, &key, None)?;
+        }
+        for axis in 0..3 {
+            let [Face::Outlet { excess: low }, Face::Outlet { excess: high }] =
+                [0, 1].map(|end| setup.domain.faces[2 * axis + end])
+            else {
+                continue;
+            };
+            // From rest without friction, and between walls far from either end.
+            let (drop, width) =
+                ((high - low).abs() * setup.units().pressure() / fluid.density, setup.width_across(axis));
+            let speed = (2.0 * drop).sqrt().min(drop / size[axis] * width * width / (8.0 * fluid.viscosity));
+            let [name, other] = [FACES[2 * axis], FACES[2 * axis + 1]];
+            let flow = format!("the flow between the outlets \"{name}\" and \"{other}\"");
+            follow(&flow, speed, &format!("domain.faces.{name}.outlet"), None)?;
         }
         // Where bodies at rest are only counted, their drag is not known.
         let is_placed = |template: usize| setup.particles.iter().any(|p| p.template as usize == template);

@@ -112,7 +112,7 @@ impl Setup {
     /// True if the body acceleration drives the fluid along an axis.
     pub(super) fn drives(&self, axis: usize) -> bool {
         let fluid = self.fluid.as_ref();
-        self.domain.is_periodic(axis)
+        self.domain.is_passed(axis)
             && fluid.is_some_and(|fluid| fluid.body_acceleration.largest()[axis] != 0.0)
     }
 
@@ -139,7 +139,7 @@ impl Setup {
     }
 
     /// Width (m) of the slit whose flow along an axis is at least as fast as that between the walls of the case.
-    fn width_across(&self, axis: usize) -> f64 {
+    pub(super) fn width_across(&self, axis: usize) -> f64 {
         let (size, faces) = (self.domain.size(), self.domain.faces);
         let widths = self.walls.iter().map(|wall| {
             let face = FACES.iter().position(|face| *face == wall.name);

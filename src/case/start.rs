@@ -213,14 +213,17 @@ fn couette(document: &Document, domain: &Domain, walls: &[PlacedWall]) -> Result
     let slides = |wall: &Wall| !wall.motion.velocity.is_zero();
     let moving: Vec<(usize, [&Wall; 2])> = (0..3)
         .filter_map(|axis| Some((axis, [face(axis, 0)?, face(axis, 1)?])))
-        .filter(|(_, faces)| faces.iter().any(|face| slides(face)))
+        .filter(|(axis, faces)| {
+            let are_walls = domain.faces[2 * axis..2 * axis + 2] == [Face::Wall; 2];
+            are_walls && faces.iter().any(|face| slides(face))
+        })
         .collect();
     let turns = walls.iter().any(|placed| !placed.wall.motion.angular_velocity.is_zero());
     let varies = walls.iter().any(|placed| !placed.wall.motion.is_steady());
     let what = match moving[..] {
         _ if turns => "a wall turns",
         _ if varies => "the velocity of a wall varies",
-        [] => "no closed face of the box has a velocity",
+        [] => "no face of two walls opposite each other has a velocity",
         [(axis, [lower, upper])] => {
             let [lower, upper] = [lower, upper].map(|wall| wall.motion.velocity.at(0.0));
             let gradient = (upper - lower) / domain.size()[axis];
@@ -234,18 +237,13 @@ fn couette(document: &Document, domain: &Domain, walls: &[PlacedWall]) -> Result
     Err(document.error("fluid.start", &title, "not between two plates", remedy))
 }
 
-/// Returns true if fluid may flow through the box along an axis.
-fn goes_through(domain: &Domain, axis: usize) -> bool {
-    domain.is_periodic(axis) || domain.faces[2 * axis..2 * axis + 2].iter().all(|face| face.is_open())
-}
-
 /// Refuses a velocity that has no way through the closed faces of the box.
 fn refuse_closed(document: &Document, domain: &Domain, key: &str, velocity: Vec3) -> Result<()> {
-    match (0..3).find(|&axis| velocity[axis] != 0.0 && !goes_through(domain, axis)) {
+    match (0..3).find(|&axis| velocity[axis] != 0.0 && !domain.is_passed(axis)) {
         None => Ok(()),
         Some(axis) => {
-            let title = format!("`{key}` flows along {}, which is closed by walls", ["x", "y", "z"][axis]);
-            let remedy = "take 0 there, or open the direction by `domain.periodic`";
+            let title = format!("`{key}` flows along {}, which is closed", ["x", "y", "z"][axis]);
+            let remedy = "take 0 there, or open the direction by `domain.periodic` or an inlet and an outlet";
             Err(document.error(key, &title, "no way through", remedy))
         }
     }
@@ -259,11 +257,10 @@ fn uniform(document: &Document, domain: &Domain, velocity: Vec3) -> Result<Start
 fn shear(document: &Document, domain: &Domain, section: &ShearSection) -> Result<StartFlow> {
     let (key, axis) = ("fluid.start.shear", index(section.along));
     let (gradient, velocity) = (Vec3::from(section.gradient), Vec3::from(section.velocity));
-    if domain.is_periodic(axis) {
-        let title =
-            format!("`{key}` rises along {}, which is periodic: it would jump there", ["x", "y", "z"][axis]);
+    if domain.faces[2 * axis..2 * axis + 2] != [Face::Wall; 2] {
+        let title = format!("`{key}` rises along {}, which has no wall at both ends", ["x", "y", "z"][axis]);
         let remedy = "close the direction by `domain.periodic`, or take another one for `along`";
-        return Err(document.error(key, &title, "not periodic", remedy));
+        return Err(document.error(key, &title, "not between walls", remedy));
     }
     refuse_closed(document, domain, &format!("{key}.gradient"), gradient)?;
     refuse_closed(document, domain, &format!("{key}.velocity"), velocity)?;
@@ -280,7 +277,7 @@ fn poiseuille(
     let (key, mean) = ("fluid.start.poiseuille", Vec3::from(section.velocity));
     refuse_closed(document, domain, key, mean)?;
     let slips = |axis: usize| domain.faces[2 * axis..2 * axis + 2].contains(&Face::FreeSlip);
-    let closed: Vec<usize> = (0..3).filter(|&axis| !goes_through(domain, axis)).collect();
+    let closed: Vec<usize> = (0..3).filter(|&axis| !domain.is_passed(axis)).collect();
     let listed: Vec<&Surface> =
         walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface).collect();
     match (&closed[..], &listed[..]) {

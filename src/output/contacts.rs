@@ -2,7 +2,8 @@
 //!
 //! A contact is one point with the arrays `first`, `second` (ids of the particles; `-1 - i` for wall `i`), `normal` (from the first body
 //! to the second), `force` (N, on the first body), `force_magnitude` (N), its part `normal_force` (N, positive where it pushes the bodies
-//! apart) and the rest, `tangential_force` (N, a vector), `depth` (m) and `volume` (m^3) of the overlap.
+//! apart) and the rest, `tangential_force` (N, a vector), `depth` (m) and `volume` (m^3) of the overlap. A neck
+//! has the depth minus its gap.
 //!
 //! Force chains are lines from the centre of each particle to the points where it is touched, with `force_magnitude` (N) and `id` on both
 //! ends. A line belongs to one particle and sticks out of the box where that does, as in the files of the surfaces.

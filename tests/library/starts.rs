@@ -45,7 +45,8 @@ fn a_flow_between_plates_that_starts_as_it_is_driven_stays_as_it_is() {
     for _ in 0..20 {
         run.step().unwrap();
         let flux = run.measure().mean.velocity.x;
-        assert!((flux / 6.4e-4 - 1.0).abs() < 0.005, "{flux} after {} steps", run.steps_done());
+        // The mean over 8 cells of a parabola is 0.8 % more than that of the curve; with half an acceleration it would be 1.7 %.
+        assert!((flux / 6.4e-4 - 1.0).abs() < 0.01, "{flux} after {} steps", run.steps_done());
     }
 }
 

@@ -75,6 +75,11 @@ impl Domain {
         matches!(self.faces[2 * axis], Face::Periodic)
     }
 
+    /// Returns true if fluid may flow through the box along an axis.
+    pub fn is_passed(&self, axis: usize) -> bool {
+        self.is_periodic(axis) || self.faces[2 * axis..2 * axis + 2].iter().all(|face| face.is_open())
+    }
+
     /// Periodic directions.
     pub fn periodic(&self) -> [bool; 3] {
         [0, 1, 2].map(|axis| self.is_periodic(axis))

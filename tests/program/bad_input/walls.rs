@@ -327,7 +327,26 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         (
             SIZE,
             closed(&format!("\"z-\" = {{ inlet = {{ velocity = [0, 0, -1e-3] }} }}\n{outlet}")),
-            &["bad.toml:6:", "points out of the box", "0.001 along z"],
+            &["bad.toml:6:", "points out of the box", "other sign along z"],
+        ),
+        (
+            SIZE,
+            closed(&format!("\"z-\" = {{ inlet = {{ velocity = {{ table = [[0, 0, 0, -1e-3], [1, 0, 0, -2e-3]] }} }} }}\n{outlet}")),
+            &["bad.toml:6:", "points out of the box", "other sign along z"],
+        ),
+        (
+            SIZE,
+            "[4, 4, 4] }\nperiodic = [true, false, false]\n[domain.faces]\n\"y-\" = { outlet = {} }\n\
+             \"z-\" = { inlet = { velocity = [0, 0, 1e-3], profile = \"parabolic\" } }"
+                .to_string(),
+            &["bad.toml:7:", "\"parabolic\"", "\"y-\" beside it is no wall at rest", "uniform"],
+        ),
+        (
+            SIZE,
+            "[4, 4, 4] }\nperiodic = [true, true, false]\n[domain.faces]\n\"z-\" = { outlet = { pressure = 20 } }\n\
+             \"z+\" = { outlet = {} }"
+                .to_string(),
+            &["bad.toml:6:", "the flow between the outlets \"z-\" and \"z+\"", "cells per time step"],
         ),
         (
             SIZE,

@@ -111,7 +111,7 @@ fn necks() -> ContactModel {
     cohesive(CohesionLaw::Jkr, pair)
 }
 
-/// The energy (J) that a cycle of touching and parting takes, `1.34 pi w a_c^2 pi`: Thornton and Ning (1998), `7.09 (w^5 R^4 / E^2)^(1/3)`.
+/// The energy (J) that a cycle of touching and parting takes, `1.34 pi^2 w a_c^2`: Thornton and Ning (1998), `7.09 (w^5 R^4 / E^2)^(1/3)`.
 fn cycle(work: f64, radius: f64, modulus: f64) -> f64 {
     let root = 4.0_f64.cbrt();
     let square = (PI * work * radius * radius / (8.0 * modulus)).cbrt().powi(2);

@@ -86,17 +86,17 @@ impl Map {
             let face = beyond.iter().position(|beyond| *beyond)?;
             (!self.domain.is_periodic(a)).then_some(2 * a + face)
         };
-        let rank = |face: usize| match self.domain.faces[face] {
+        let priority = |face: usize| match self.domain.faces[face] {
             Face::Inlet => 0,
             Face::Wall | Face::Periodic => 1,
             Face::Outlet { .. } => 2,
             Face::FreeSlip => 3,
         };
         let mut faces: Vec<usize> = (0..3).filter_map(crossed).collect();
-        faces.sort_by_key(|&face| rank(face));
+        faces.sort_by_key(|&face| priority(face));
         let Some(&first) = faces.first() else { return Some(Back::Bounced(wall)) };
         if !self.domain.faces[first].passes() {
-            let same = |&&face: &&usize| rank(face) == rank(first) && self.faces[face] == wall;
+            let same = |&&face: &&usize| priority(face) == priority(first) && self.faces[face] == wall;
             let other = faces.iter().find(same).unwrap_or(&first);
             return Some(Back::Bounced(if faces.len() == 1 { wall } else { self.faces[*other] }));
         }
@@ -176,7 +176,7 @@ impl<S: Population> Walls<S> {
                     };
                     ends.walls.push(if back.is_some() { wall } else { NO_WALL });
                     let motion = &self.motions[usize::from(wall)];
-                    ends.numbers.push(motion.correction(map.in_box([last, y, z]), i));
+                    ends.numbers.push(motion.correction(map.in_box([last, y, z]), i, &self.open));
                     varies |= motion.varies;
                 }
             }
@@ -192,7 +192,7 @@ impl<S: Population> Walls<S> {
     pub(super) fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2], part_of: PartOfLink) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
         self.early.resize_with((ny * nz) as usize, Vec::new);
-        let mut shapes = Shapes::new();
+        let (mut shapes, open) = (Shapes::new(), self.open);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             let mut interpolated = BTreeMap::<isize, Vec<Link>>::new();
             for i in 1..Q {
@@ -231,7 +231,7 @@ impl<S: Population> Walls<S> {
                     };
                     if run.rule == LinkRule::Moving {
                         let of = |link: &(isize, u16, bool, bool)| {
-                            motion.correction::<S::Number>(map.in_box([link.0, y, z]), i)
+                            motion.correction::<S::Number>(map.in_box([link.0, y, z]), i, &open)
                         };
                         self.numbers.extend(links.iter().map(of));
                     }
