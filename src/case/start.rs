@@ -474,9 +474,9 @@ mod tests {
     #[test]
     fn flows_that_do_not_fit_the_box_are_refused_with_their_key() {
         for (options, what) in [
-            (vec!["fluid.start={ uniform = [0, 0, 1e-3] }"], "closed by walls"),
-            (vec!["fluid.start={ shear = { gradient = [1, 0, 0], along = \"y\" } }"], "it would jump there"),
-            (vec!["fluid.start={ shear = { gradient = [0, 0, 1], along = \"z\" } }"], "closed by walls"),
+            (vec!["fluid.start={ uniform = [0, 0, 1e-3] }"], "which is closed"),
+            (vec!["fluid.start={ shear = { gradient = [1, 0, 0], along = \"y\" } }"], "no wall at both ends"),
+            (vec!["fluid.start={ shear = { gradient = [0, 0, 1], along = \"z\" } }"], "which is closed"),
             (
                 vec!["fluid.start={ poiseuille = { velocity = [1e-3, 0, 0] } }", OPEN],
                 "between two plates, or along one pipe",

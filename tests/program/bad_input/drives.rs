@@ -39,7 +39,7 @@ fn accelerations_velocities_of_walls_and_fluxes_that_are_none_are_refused() {
         (
             "diameters = [4, 4, 4] }",
             "diameters = [4, 4, 4] }\nperiodic = [true, true, false]\n[driving]\nnet_flux = [0, 0, 1e-3]",
-            &["bad.toml:6:", "`driving.net_flux` is 0.001 m/s along z", "closed by walls"],
+            &["bad.toml:6:", "`driving.net_flux` is 0.001 m/s along z", "which is not periodic"],
         ),
         (
             "[run]",

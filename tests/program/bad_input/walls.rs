@@ -343,8 +343,8 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         ),
         (
             SIZE,
-            "[4, 4, 4] }\nperiodic = [true, true, false]\n[domain.faces]\n\"z-\" = { outlet = { pressure = 20 } }\n\
-             \"z+\" = { outlet = {} }"
+            "[4, 4, 4] }\nperiodic = [true, true, false]\n[domain.faces]\n\"z-\" = { outlet = { pressure = 200 } }\n\
+             \"z+\" = { outlet = { pressure = -200 } }"
                 .to_string(),
             &["bad.toml:6:", "the flow between the outlets \"z-\" and \"z+\"", "cells per time step"],
         ),
