@@ -223,7 +223,7 @@ fn couette(document: &Document, domain: &Domain, walls: &[PlacedWall]) -> Result
     let what = match moving[..] {
         _ if turns => "a wall turns",
         _ if varies => "the velocity of a wall varies",
-        [] => "no face of two walls opposite each other has a velocity",
+        [] => "no closed face of the box, one of two walls, has a velocity",
         [(axis, [lower, upper])] => {
             let [lower, upper] = [lower, upper].map(|wall| wall.motion.velocity.at(0.0));
             let gradient = (upper - lower) / domain.size()[axis];
@@ -374,7 +374,7 @@ mod tests {
     #[test]
     fn a_flow_that_is_not_between_two_sliding_faces_is_refused() {
         for (option, what) in [
-            ("domain.faces={}", "no closed face of the box has a velocity"),
+            ("domain.faces={}", "no closed face of the box, one of two walls, has a velocity"),
             ("domain.faces={\"z-\"={velocity=[1,0,0]},\"x-\"={velocity=[0,1,0]}}", "more than one direction"),
             ("domain.faces={\"z-\"={rotation=1}}", "a wall turns"),
             ("domain.faces={\"z-\"={velocity.table=[[0,1,0,0]]}}", "the velocity of a wall varies"),
