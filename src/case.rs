@@ -141,15 +141,17 @@ impl Setup {
         Vec3::from_fn(|axis, _| if free[axis] { weight[axis] } else { 0.0 })
     }
 
+    /// The face of the box that a wall has the name of.
+    fn face_of(wall: &Wall) -> Option<usize> {
+        file::FACES.iter().position(|face| *face == wall.name)
+    }
+
     /// The inlets and outlets, by their numbers in `walls`, ascending.
     pub fn open_faces(&self) -> Vec<usize> {
-        let is_open = |name: &str| {
-            let face = file::FACES.iter().position(|face| *face == name);
-            face.is_some_and(|n| self.domain.faces[n].is_open())
-        };
+        let is_open = |wall: &Wall| Self::face_of(wall).is_some_and(|n| self.domain.faces[n].is_open());
         // Closed faces come first.
         let walls = self.walls.iter().enumerate().take(6);
-        walls.filter(|(_, wall)| is_open(&wall.name)).map(|(n, _)| n).collect()
+        walls.filter(|(_, wall)| is_open(wall)).map(|(n, _)| n).collect()
     }
 
     /// The `[[particles]]` sections whose motion is prescribed, at least in part, ascending.

@@ -32,7 +32,7 @@ pub(super) fn open_faces(
         let remedy = "give another face an outlet, e.g. \"x+\" = { outlet = { pressure = 0 } }";
         return Err(document.error(&key(n, "inlet"), &title, "mass would pile up", remedy));
     }
-    let special = (0..6).find(|&n| !matches!(domain.faces[n], Face::Periodic | Face::Wall));
+    let special = (0..6).find(|&n| !domain.faces[n].is_plain());
     if let (Some(n), true) = (special, document.case.contact.lubrication.is_some()) {
         let face = format!("domain.faces.{}", FACES[n]);
         let marks = [("contact.lubrication", "knows no-slip walls"), (&*face, "no such wall")];
@@ -45,7 +45,7 @@ pub(super) fn open_faces(
     }
     let mut inlets = BTreeMap::new();
     for (number, placed) in walls.iter().enumerate().filter(|(_, placed)| placed.is_face) {
-        let Some(n) = FACES.iter().position(|name| *name == placed.wall.name) else { continue };
+        let Some(n) = Setup::face_of(&placed.wall) else { continue };
         let Some(section) = sections[n].and_then(|section| section.inlet.as_ref()) else { continue };
         let profile = match section.profile {
             ProfileKind::Uniform => Profile::Uniform,
@@ -78,7 +78,7 @@ pub(super) fn set_pressures(document: &Document, domain: &mut Domain, units: &Un
 impl Setup {
     /// Description of a closed face of the box, given by its number among the walls, that is no wall for the fluid.
     pub fn passage(&self, wall: usize) -> Option<String> {
-        let face = FACES.iter().position(|face| *face == self.walls[wall].name)?;
+        let face = Self::face_of(&self.walls[wall])?;
         match self.domain.faces[face] {
             Face::Inlet => {
                 let Inlet { velocity, profile } = self.inlets.get(&wall)?;

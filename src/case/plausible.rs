@@ -3,7 +3,7 @@
 
 use super::checks::Document;
 use super::file::{FACES, FluidSection, FluidStart, LatticeSection, PositionsBy, TimeStepBy, ViscosityBy};
-use super::speeds::wall_speed;
+use super::speeds::{laminar_speed, wall_speed};
 use super::{FluidSetup, Setup};
 use crate::coupling::VirtualMass;
 use crate::domain::Face;
@@ -145,7 +145,7 @@ impl Review<'_> {
             // From rest without friction, and between walls far from either end.
             let (drop, width) =
                 ((high - low).abs() * setup.units().pressure() / fluid.density, setup.width_across(axis));
-            let speed = (2.0 * drop).sqrt().min(drop / size[axis] * width * width / (8.0 * fluid.viscosity));
+            let speed = (2.0 * drop).sqrt().min(laminar_speed(drop / size[axis], width, fluid.viscosity));
             let [name, other] = [FACES[2 * axis], FACES[2 * axis + 1]];
             let flow = format!("the flow between the outlets \"{name}\" and \"{other}\"");
             follow(&flow, speed, &format!("domain.faces.{name}.outlet"), None)?;

@@ -13,7 +13,6 @@
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
 use super::array::HeldBodies;
-use super::file::FACES;
 use super::scales::Reference;
 use super::{FluidSetup, Setup};
 use crate::contact::{ContactModel, SpherePair};
@@ -112,8 +111,7 @@ impl Setup {
     /// True if the body acceleration drives the fluid along an axis.
     pub(super) fn drives(&self, axis: usize) -> bool {
         let fluid = self.fluid.as_ref();
-        self.domain.is_passed(axis)
-            && fluid.is_some_and(|fluid| fluid.body_acceleration.largest()[axis] != 0.0)
+        self.domain.is_open(axis) && fluid.is_some_and(|fluid| fluid.body_acceleration.largest()[axis] != 0.0)
     }
 
     /// Rate (1/s) at which what is held, bodies or walls, stops a net flux along an axis; none if nothing is.
@@ -142,7 +140,7 @@ impl Setup {
     pub(super) fn width_across(&self, axis: usize) -> f64 {
         let (size, faces) = (self.domain.size(), self.domain.faces);
         let widths = self.walls.iter().map(|wall| {
-            let face = FACES.iter().position(|face| *face == wall.name);
+            let face = Self::face_of(wall);
             let width = match wall.surface {
                 Surface::Plane { normal, .. } => size.dot(&normal.abs()),
                 Surface::Cylinder { radius, pipe: true, .. } => 2.0_f64.sqrt() * radius,
@@ -339,9 +337,14 @@ pub(super) fn spheres(model: &ContactModel, material: usize, template: &Template
     SpherePair::new(model, material, template.shape.equivalent_diameter(), template.mass())
 }
 
+/// Speed in the middle of a slit (m/s), laminar at any Reynolds number.
+pub(super) fn laminar_speed(acceleration: f64, width: f64, viscosity: f64) -> f64 {
+    acceleration * width * width / (8.0 * viscosity)
+}
+
 /// Speed in the middle of a slit (m/s).
 fn steady_speed(acceleration: f64, width: f64, viscosity: f64) -> f64 {
-    let laminar = acceleration * width * width / (8.0 * viscosity);
+    let laminar = laminar_speed(acceleration, width, viscosity);
     if width.is_infinite() || laminar * width / viscosity < TURBULENT_REYNOLDS {
         return laminar;
     }

@@ -239,7 +239,7 @@ fn couette(document: &Document, domain: &Domain, walls: &[PlacedWall]) -> Result
 
 /// Refuses a velocity that has no way through the closed faces of the box.
 fn refuse_closed(document: &Document, domain: &Domain, key: &str, velocity: Vec3) -> Result<()> {
-    match (0..3).find(|&axis| velocity[axis] != 0.0 && !domain.is_passed(axis)) {
+    match (0..3).find(|&axis| velocity[axis] != 0.0 && !domain.is_open(axis)) {
         None => Ok(()),
         Some(axis) => {
             let title = format!("`{key}` flows along {}, which is closed", ["x", "y", "z"][axis]);
@@ -277,7 +277,7 @@ fn poiseuille(
     let (key, mean) = ("fluid.start.poiseuille", Vec3::from(section.velocity));
     refuse_closed(document, domain, key, mean)?;
     let slips = |axis: usize| domain.faces[2 * axis..2 * axis + 2].contains(&Face::FreeSlip);
-    let closed: Vec<usize> = (0..3).filter(|&axis| !domain.is_passed(axis)).collect();
+    let closed: Vec<usize> = (0..3).filter(|&axis| !domain.is_open(axis)).collect();
     let listed: Vec<&Surface> =
         walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface).collect();
     match (&closed[..], &listed[..]) {

@@ -74,7 +74,7 @@ pub(super) fn physics(setup: &Setup) -> Json {
         "templates": templates.map(|(of, applied)| template(of, applied)).collect::<Vec<_>>(),
         "walls": setup.walls.iter().map(wall).collect::<Vec<_>>(),
     });
-    if setup.domain.faces.iter().any(|face| face.is_open() || *face == Face::FreeSlip) {
+    if !setup.domain.faces.iter().all(|face| face.is_plain()) {
         physics["faces"] = setup.domain.faces.iter().map(|face| face_of(*face)).collect();
         physics["inlets"] = setup.inlets.iter().map(|(n, inlet)| json!([n, inlet_of(inlet)])).collect();
     }

@@ -29,6 +29,11 @@ pub enum Face {
 }
 
 impl Face {
+    /// Returns true if it is periodic or a wall.
+    pub fn is_plain(self) -> bool {
+        matches!(self, Self::Periodic | Self::Wall)
+    }
+
     /// Returns true if fluid goes through, by a velocity or a pressure.
     pub fn is_open(self) -> bool {
         matches!(self, Self::Inlet | Self::Outlet { .. })
@@ -75,8 +80,15 @@ impl Domain {
         matches!(self.faces[2 * axis], Face::Periodic)
     }
 
+    /// The closed face beyond which a cell at a place along an axis lies.
+    pub(crate) fn face_beyond(&self, axis: usize, place: isize) -> Option<usize> {
+        let beyond = [place < 0, place >= self.cells[axis] as isize];
+        let side = beyond.iter().position(|beyond| *beyond)?;
+        (!self.is_periodic(axis)).then_some(2 * axis + side)
+    }
+
     /// Returns true if fluid may flow through the box along an axis.
-    pub fn is_passed(&self, axis: usize) -> bool {
+    pub fn is_open(&self, axis: usize) -> bool {
         self.is_periodic(axis) || self.faces[2 * axis..2 * axis + 2].iter().all(|face| face.is_open())
     }
 

@@ -35,7 +35,6 @@ pub(crate) use cells::WallRow;
 use find::Map;
 pub(crate) use interpolated::CellList;
 use interpolated::Interpolated;
-use motion::OpenFaces;
 pub use motion::WallMotion;
 pub(crate) use passing::PassList;
 use passing::Passing;
@@ -97,7 +96,7 @@ struct Run {
 /// All walls of a block.
 pub(crate) struct Walls<S: Population> {
     motions: Vec<WallMotion>,
-    open: OpenFaces,
+    domain: Domain,
     /// Links to wall cells beyond the block, which wait for the halo exchange.
     late: Vec<Run>,
     /// Links between cells of the block, by the row whose sweep completes them, so that the memory they touch is in the
@@ -150,7 +149,7 @@ impl<S: Population> Walls<S> {
         let size = layout.size;
         let mut walls = Self {
             motions: boundary.motions.to_vec(),
-            open: OpenFaces::of(domain),
+            domain: *domain,
             late: Vec::new(),
             early: Vec::new(),
             passed: Vec::new(),
@@ -176,7 +175,7 @@ impl<S: Population> Walls<S> {
             [0, 1].map(|face| map.is_at(face) && matches!(domain.faces[face], Face::Wall | Face::Inlet));
         walls.find_ends(&map, closed);
         walls.find_runs(layout, &map, closed, boundary.part_of_link);
-        walls.interpolated.set_motions(layout, (walls.lo, &walls.open), &walls.motions, WallMotion::moves);
+        walls.interpolated.set_motions(layout, (walls.lo, domain), &walls.motions, WallMotion::moves);
         walls.find_cells(&map);
         let wrap_x = domain.is_periodic(0) && size[0] == domain.cells[0];
         walls.passing.find(layout, &map, domain.faces, wrap_x);

@@ -35,6 +35,17 @@ impl Ellipsoid {
         Ok(Self { semi_axes, squares, geometric_mean: libm::cbrt(semi_axes.product()) })
     }
 
+    /// Squares of the semi-axes (m^2) of an ellipsoid that holds one with these `squares` grown by `growth >= 0` (m).
+    ///
+    /// For any `beta > 0` that is the one with `(1 + beta) a_i^2 + (1 + 1/beta) g^2` (Kurzhanski and Valyi 1997, section 2.2). It touches
+    /// where `beta = g / a_i`; `beta` is taken from a `mean` of the semi-axes (m), exact for spheres, longer by
+    /// `g / 2 (m / a_i + a_i / m - 2)` on the axes.
+    pub(crate) fn around(squares: Vec3, growth: f64, mean: f64) -> Vec3 {
+        let beta = growth / mean;
+        // growth / beta, also where both are zero
+        squares.map(|square| (1.0 + beta) * square + growth * (growth + mean))
+    }
+
     /// The `t` of the head of this module, and `x_i / a_i^2` of the nearest surface point.
     #[inline]
     fn nearest(&self, point: Vec3) -> (f64, Vec3) {
@@ -128,18 +139,12 @@ impl Shape for Ellipsoid {
         (-high, high)
     }
 
-    /// The line in an ellipsoid that holds the grown body, or that the grown body holds.
-    ///
-    /// For any `beta > 0` the ellipsoid with squared semi-axes `(1 + beta) a_i^2 + (1 + 1/beta) g^2` holds that of
-    /// `a_i` grown by `g` (Kurzhanski and Valyi 1997, section 2.2). It touches where `beta = g / a_i`; `beta` is
-    /// taken from the geometric mean of the semi-axes, exact for spheres, longer by `g / 2 (m / a_i + a_i / m - 2)`
-    /// on the axes.
+    /// The line in an ellipsoid that holds the grown body ([`around`](Self::around), by the geometric mean of the semi-axes), or that
+    /// the grown body holds.
     #[inline]
     fn row_interval(&self, orientation: &Quat, y: f64, z: f64, growth: f64) -> Option<(f64, f64)> {
         let squares = if growth >= 0.0 {
-            let beta = growth / self.geometric_mean;
-            // growth / beta, also where both are zero
-            self.squares.map(|square| (1.0 + beta) * square + growth * (growth + self.geometric_mean))
+            Self::around(self.squares, growth, self.geometric_mean)
         } else {
             let rest = self.geometric_mean + growth;
             if rest <= 0.0 {

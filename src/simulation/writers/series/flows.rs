@@ -12,7 +12,6 @@
 
 use super::Samples;
 use crate::case::Setup;
-use crate::domain::Face;
 use crate::math::Vec3;
 use crate::output::series::{DRAG, LOADS, PLANE_COLUMNS};
 use crate::output::{Estimate, SeriesRow, Summary, estimate_mean, estimate_ratio};
@@ -41,8 +40,7 @@ impl Plates {
         else {
             return None;
         };
-        let is_plain = |face: &Face| matches!(face, Face::Periodic | Face::Wall);
-        if !setup.domain.faces.iter().all(is_plain) {
+        if !setup.domain.faces.iter().all(|face| face.is_plain()) {
             return None;
         }
         let turns = |wall: &Wall| !wall.motion.angular_velocity.is_zero();

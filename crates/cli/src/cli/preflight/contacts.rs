@@ -89,9 +89,9 @@ fn step_rows(setup: &Setup, contact: &ContactModel) -> Vec<Row> {
         let times = all.iter().filter_map(|(template, spheres)| Some((*template, of(*template, spheres)?)));
         times.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(template, time)| (kind(setup, template), time / step))
     };
-    let resting = setup.resting_depths();
+    let (impacts, resting) = (setup.impacts(), setup.resting_depths());
     let depth = |template: usize, spheres: &SpherePair| {
-        let impacts = setup.impacts().into_iter().filter(|impact| impact.template == template);
+        let impacts = impacts.iter().filter(|impact| impact.template == template);
         let depths = impacts.map(|impact| spheres.impact_depth(impact.speed));
         let rests = resting.iter().filter(|(of, _)| *of == template).map(|(_, depth)| *depth);
         depths.chain(rests).fold(0.0, f64::max)

@@ -4,7 +4,7 @@ use crate::contact::clip::Plane;
 use crate::contact::overlap::Body;
 use crate::contact::solid::Solid;
 use crate::math::{Mat3, Vec3};
-use crate::shape::Shape;
+use crate::shape::{Ellipsoid, Shape};
 use crate::wall::Surface;
 
 /// Steps of the secant method after which a grazing line is given up.
@@ -193,15 +193,15 @@ pub(super) struct Around {
 }
 
 impl Around {
-    /// For a sphere or an ellipsoid; for one that grows see [`Ellipsoid::row_interval`](crate::shape::Ellipsoid).
+    /// For a sphere or an ellipsoid.
     fn new(shape: &dyn Shape, growth: f64) -> Option<Self> {
         if let Some(radius) = shape.as_sphere().map(|radius| radius + growth).filter(|radius| *radius > 0.0) {
             return Some(Self { inverse: Vec3::repeat(1.0 / radius), is_exact: true });
         }
-        let (semi_axes, out) = (shape.as_ellipsoid()?, growth.max(0.0));
+        let semi_axes = shape.as_ellipsoid()?;
         let mean = (semi_axes.max() * semi_axes.min()).sqrt();
-        let inverse = semi_axes.map(|a| ((1.0 + out / mean) * a * a + out * (out + mean)).sqrt().recip());
-        Some(Self { inverse, is_exact: growth == 0.0 })
+        let squares = Ellipsoid::around(semi_axes.component_mul(&semi_axes), growth.max(0.0), mean);
+        Some(Self { inverse: squares.map(|square| square.sqrt().recip()), is_exact: growth == 0.0 })
     }
 
     /// Part of a line inside the body, in its own frame, as [`Side::intervals`]. Stretched, the line has a chord in the unit sphere, and from its

@@ -7,8 +7,8 @@ use super::forces::{ContactForces, ContactInput, PairEntry};
 use super::order::{IdOrder, PartIndex};
 use super::velocities::KnownVelocities;
 use crate::contact::{
-    Body, ContactModel, GrownShape, Overlap, PairLaw, PairProperties, RelativeMotion, overlap_again,
-    overlap_wall,
+    Body, CohesionLaw, ContactModel, GrownShape, Overlap, PairLaw, PairProperties, RelativeMotion,
+    overlap_again, overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
@@ -222,6 +222,7 @@ impl ContactContext {
         let domain = near.decomposition().domain;
         let (nearest, alone, unturned) = (domain.images_nearest(), near.ranks() == 1, Mat3::identity());
         velocities.clear(store.particles.len());
+        let has_necks = model.cohesion == CohesionLaw::Jkr;
         let mut outcome = Ok(());
         for (neighbour, place) in list.find(positions, radii).iter_mut().zip(0..) {
             let [p, q] = [neighbour.pair[0] as usize, neighbour.pair[1] as usize];
@@ -245,12 +246,14 @@ impl ContactContext {
             let touched = [Some(i), Some(j)];
             let [first, second] = [a, b].map(|p| self.constants(p));
             let held = first.motion.is_complete() && second.motion.is_complete();
-            let law = &self.laws[self.material(a) * model.materials.len() + self.material(b)];
+            let law = || &self.laws[self.material(a) * model.materials.len() + self.material(b)];
             let overlap = if held {
                 None
             } else {
-                overlap_again(model.geometry, bodies, turns, offset, hint)
-                    .or_else(|| neck([one, other], offset, law).filter(|_| forces.history.knows(&key)))
+                overlap_again(model.geometry, bodies, turns, offset, hint).or_else(|| {
+                    let neck = has_necks.then(|| neck([one, other], offset, law())).flatten();
+                    neck.filter(|_| forces.history.knows(&key))
+                })
             };
             let Some(overlap) = overlap else {
                 if let Some(Acting { action, normal, lever }) = film {
@@ -266,7 +269,7 @@ impl ContactContext {
                     (overlap.seen_from(arm), offset + arm - its)
                 }
             };
-            let levers = [overlap.point, overlap.point - offset];
+            let (law, levers) = (law(), [overlap.point, overlap.point - offset]);
             let input = ContactInput {
                 key,
                 indices: touched,
@@ -313,6 +316,7 @@ impl ContactContext {
         let walls: Vec<_> = self.params.walls.iter().map(|wall| (wall, wall.surface_at(time))).collect();
         let (store, near) = (&self.local.store, &self.near);
         let domain = near.decomposition().domain;
+        let has_necks = model.cohesion == CohesionLaw::Jkr;
         let mut outcome = Ok(());
         for index in self.owned_parts() {
             let (i, (particle, of_part)) = (index.particle as usize, self.part(index));
@@ -336,11 +340,12 @@ impl ContactContext {
                 let touched = [Some(i), None];
                 let film = self.at_wall(model, index, (wall, surface, time), films);
                 let body = of_part.body(particle);
-                let law = &self.laws[self.material(particle) * model.materials.len() + wall.material];
+                let law = || &self.laws[self.material(particle) * model.materials.len() + wall.material];
                 let overlap = overlap_wall(model.geometry, &body, &surface.seen_from(centre))
                     .or_else(|| {
-                        let normal = -surface.normal(centre);
-                        wall_neck(of_part, (distance, normal), law).filter(|_| forces.history.knows(&key))
+                        let at = || (distance, -surface.normal(centre));
+                        let neck = has_necks.then(|| wall_neck(of_part, at(), law())).flatten();
+                        neck.filter(|_| forces.history.knows(&key))
                     })
                     .filter(|_| !constants.motion.is_complete());
                 let Some(overlap) = overlap else {
@@ -350,7 +355,7 @@ impl ContactContext {
                     }
                     continue;
                 };
-                let point = centre + overlap.point;
+                let (law, point) = (law(), centre + overlap.point);
                 let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
                 let input = ContactInput {
                     key,

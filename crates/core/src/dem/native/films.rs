@@ -20,7 +20,7 @@ struct RatesRecord {
     rates: Rates,
 }
 
-/// The films of a sub-step, each found once: that takes far more time than to use it. Keeps its buffers from sub-step to sub-step.
+/// The films of a sub-step. Those of pairs are found once, which takes far more time than to use them. Keeps its buffers from sub-step to sub-step.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Films {
     mobilities: Vec<Mobility>,

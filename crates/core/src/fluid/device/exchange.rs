@@ -193,25 +193,23 @@ impl<S: Population> Exchange<S> {
         };
         let plain =
             |[to, from]: [Vec<u64>; 2]| Copies::new::<S::Number>(queue, [&to, &from], LinkRule::Resting, &[]);
-        let swept = |entered: AaPhase| -> Result<Vec<Copies>> {
+        let swept = |entered: AaPhase| -> Result<(Vec<Copies>, Option<Outlets>)> {
+            let (mut passed, left) = fluid.walls.passed(entered);
             let mut copies = of_links(&early, entered)?;
-            copies.extend(plain(fluid.walls.passed(entered).0.slips)?);
+            copies.extend(plain(std::mem::take(&mut passed.slips))?);
             if fluid.wrap_x {
                 copies.extend(plain(WrapX::new(&fluid.layout, entered.next()).slots(&fluid.layout))?);
             }
-            Ok(copies)
-        };
-        let outlets = |entered: AaPhase| {
-            let (list, left) = fluid.walls.passed(entered);
-            Outlets::new::<S>(queue, &list, left)
+            Ok((copies, Outlets::new::<S>(queue, &passed, left)?))
         };
         let own = |entered: AaPhase| -> Result<Vec<Copies>> {
             Ok(plain(fluid.halo.own_slots(entered))?.into_iter().collect())
         };
+        let [even, odd] = [swept(AaPhase::Even)?, swept(AaPhase::Odd)?];
         Ok(Self {
-            swept: [swept(AaPhase::Even)?, swept(AaPhase::Odd)?],
+            swept: [even.0, odd.0],
             own: [own(AaPhase::Even)?, own(AaPhase::Odd)?],
-            outlets: [outlets(AaPhase::Even)?, outlets(AaPhase::Odd)?],
+            outlets: [even.1, odd.1],
             late: [of_links(&late, AaPhase::Even)?, of_links(&late, AaPhase::Odd)?],
             interpolated: [
                 Interpolated::new::<S>(queue, &cells)?,

@@ -80,19 +80,14 @@ impl Map {
         if wall == NO_WALL || self.at(x, y, z) != NO_WALL {
             return None;
         }
-        let crossed = |a: usize| {
-            let to = cell[a] - C[i][a];
-            let beyond = [to < 0, to >= self.domain.cells[a] as isize];
-            let face = beyond.iter().position(|beyond| *beyond)?;
-            (!self.domain.is_periodic(a)).then_some(2 * a + face)
-        };
         let priority = |face: usize| match self.domain.faces[face] {
             Face::Inlet => 0,
             Face::Wall | Face::Periodic => 1,
             Face::Outlet { .. } => 2,
             Face::FreeSlip => 3,
         };
-        let mut faces: Vec<usize> = (0..3).filter_map(crossed).collect();
+        let mut faces: Vec<usize> =
+            (0..3).filter_map(|a| self.domain.face_beyond(a, cell[a] - C[i][a])).collect();
         faces.sort_by_key(|&face| priority(face));
         let Some(&first) = faces.first() else { return Some(Back::Bounced(wall)) };
         if !self.domain.faces[first].passes() {
@@ -176,7 +171,7 @@ impl<S: Population> Walls<S> {
                     };
                     ends.walls.push(if back.is_some() { wall } else { NO_WALL });
                     let motion = &self.motions[usize::from(wall)];
-                    ends.numbers.push(motion.correction(map.in_box([last, y, z]), i, &self.open));
+                    ends.numbers.push(motion.correction(map.in_box([last, y, z]), i, &self.domain));
                     varies |= motion.varies;
                 }
             }
@@ -192,7 +187,7 @@ impl<S: Population> Walls<S> {
     pub(super) fn find_runs(&mut self, layout: &Layout, map: &Map, closed: [bool; 2], part_of: PartOfLink) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
         self.early.resize_with((ny * nz) as usize, Vec::new);
-        let (mut shapes, open) = (Shapes::new(), self.open);
+        let (mut shapes, domain) = (Shapes::new(), self.domain);
         for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
             let mut interpolated = BTreeMap::<isize, Vec<Link>>::new();
             for i in 1..Q {
@@ -231,7 +226,7 @@ impl<S: Population> Walls<S> {
                     };
                     if run.rule == LinkRule::Moving {
                         let of = |link: &(isize, u16, bool, bool)| {
-                            motion.correction::<S::Number>(map.in_box([link.0, y, z]), i, &open)
+                            motion.correction::<S::Number>(map.in_box([link.0, y, z]), i, &domain)
                         };
                         self.numbers.extend(links.iter().map(of));
                     }

@@ -18,7 +18,7 @@
 //! Ginzburg, Latt (2021), doi:10.1103/PhysRevE.103.053308 (families of such rules).
 
 use super::WallMotion;
-use super::motion::OpenFaces;
+use crate::domain::Domain;
 use crate::fluid::Real;
 use crate::fluid::layout::{AaPhase, Layout};
 use crate::fluid::population::Population;
@@ -186,11 +186,11 @@ impl<T: Real> Interpolated<T> {
         &self.links[first..end]
     }
 
-    /// Gives walls of which this is true their motion in the coming step; the block has its corner at `lo` in a box with these open faces.
+    /// Gives walls of which this is true their motion in the coming step; the block has its corner at `lo` in the box.
     pub(super) fn set_motions(
         &mut self,
         layout: &Layout,
-        (lo, open): ([usize; 3], &OpenFaces),
+        (lo, domain): ([usize; 3], &Domain),
         motions: &[WallMotion],
         which: impl Fn(&WallMotion) -> bool,
     ) {
@@ -209,7 +209,7 @@ impl<T: Real> Interpolated<T> {
             {
                 for k in 0..n {
                     let push =
-                        motions[usize::from(wall)].correction::<T>([x + k as isize, y, z], i.into(), open);
+                        motions[usize::from(wall)].correction::<T>([x + k as isize, y, z], i.into(), domain);
                     let more = (weights[k] - weights[n + k]) * push;
                     numbers[k] = push + more;
                     masses[k] = masses[k] + more;

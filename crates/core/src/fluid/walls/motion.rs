@@ -1,7 +1,7 @@
 //! Motions of walls, also over time.
 
 use super::{LinkRule, Walls};
-use crate::domain::{Domain, Face};
+use crate::domain::Domain;
 use crate::fluid::layout::Layout;
 use crate::fluid::{Population, Real};
 use crate::lattice::{C, W};
@@ -28,10 +28,13 @@ impl WallMotion {
     }
 
     /// `6 w_i c_i . u_w` of the link in direction `i` of a cell of the box: by its position there, so it is the same on every rank. Where it
-    /// crosses an [open face](OpenFaces), too, the wall does not push through that.
-    pub(super) fn correction<T: Real>(&self, cell: [isize; 3], i: usize, open: &OpenFaces) -> T {
+    /// crosses a face that [passes](crate::domain::Face::passes) populations, too, the wall does not push through that.
+    pub(super) fn correction<T: Real>(&self, cell: [isize; 3], i: usize, domain: &Domain) -> T {
         let u = self.at(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)));
-        let pushes = |a: &usize| !open.are_crossed(cell[*a], i, *a);
+        let pushes = |&a: &usize| {
+            let crossed = domain.face_beyond(a, cell[a] - C[i][a]);
+            crossed.is_none_or(|face| !domain.faces[face].passes())
+        };
         let cu: f64 = (0..3).filter(pushes).map(|a| C[i][a] as f64 * u[a]).sum();
         T::from_f64(6.0 * W[i] * cu)
     }
@@ -48,31 +51,11 @@ impl WallMotion {
     }
 }
 
-/// The faces of the box that [pass](Face::passes) populations.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct OpenFaces {
-    cells: [usize; 3],
-    passes: [bool; 6],
-}
-
-impl OpenFaces {
-    pub(super) fn of(domain: &Domain) -> Self {
-        Self { cells: domain.cells, passes: domain.faces.map(Face::passes) }
-    }
-
-    /// True if the link in direction `i` of a cell at this place along an axis comes from beyond one of them.
-    fn are_crossed(&self, at: isize, i: usize, axis: usize) -> bool {
-        let from = at - C[i][axis];
-        let beyond = [from < 0, from >= self.cells[axis] as isize];
-        (0..2).any(|side| beyond[side] && self.passes[2 * axis + side])
-    }
-}
-
 impl<S: Population> Walls<S> {
     /// Gives the walls that vary their motion in the coming step.
     pub(crate) fn set_motions(&mut self, layout: &Layout, motions: &[WallMotion]) {
         assert_eq!(self.motions.len(), motions.len(), "the motion of each wall");
-        let (lo, open) = (self.lo, self.open);
+        let (lo, domain) = (self.lo, self.domain);
         let in_box = |cell: [usize; 3]| std::array::from_fn(|a| (cell[a] + lo[a]) as isize);
         self.motions.copy_from_slice(motions);
         for run in self.late.iter().chain(self.early.iter().flatten()) {
@@ -81,7 +64,7 @@ impl<S: Population> Walls<S> {
                 let [x, y, z] = in_box(layout.coordinates(run.near - i * layout.stride));
                 let numbers = &mut self.numbers[run.numbers as usize..][..run.count as usize];
                 for (x, number) in (x..).zip(numbers) {
-                    *number = motion.correction([x, y, z], i, &self.open);
+                    *number = motion.correction([x, y, z], i, &domain);
                 }
             }
         }
@@ -91,11 +74,11 @@ impl<S: Population> Walls<S> {
                 if let Some(motion) =
                     motions.get(usize::from(ends.walls[link])).filter(|motion| motion.varies)
                 {
-                    numbers[link] = motion.correction(in_box(cell), i, &open);
+                    numbers[link] = motion.correction(in_box(cell), i, &domain);
                 }
             });
             ends.numbers = numbers;
         }
-        self.interpolated.set_motions(layout, (lo, &open), motions, |motion| motion.varies);
+        self.interpolated.set_motions(layout, (lo, &domain), motions, |motion| motion.varies);
     }
 }
