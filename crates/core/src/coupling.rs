@@ -50,6 +50,7 @@ pub use method::Method;
 #[cfg(test)]
 pub(crate) use method::sweep_alone;
 use method::{CouplingMethod, with_method};
+use saturated::KeptPolyhedra;
 pub use saturated::{Saturated, SolidOperator, SurfaceShift};
 use std::sync::Arc;
 pub use walls::{LatticeWalls, check_motion};
@@ -82,6 +83,8 @@ pub struct Coupling {
     segments: RowSegments,
     /// Of those spheres, the rows that they may reach: the sweep finds their cells.
     spheres: KeptSpheres,
+    /// Of those polyhedra that move little: their cells.
+    polyhedra: KeptPolyhedra,
     /// The parts of the bodies, one body after the other, and the index of the body of each; without the following.
     parts: Vec<(u32, Mapper)>,
     /// The spheres, if the method needs their surfaces only, and their indices.
@@ -147,6 +150,7 @@ impl Coupling {
             bodies: Vec::new(),
             segments: RowSegments::default(),
             spheres: KeptSpheres::default(),
+            polyhedra: KeptPolyhedra::default(),
             parts: Vec::new(),
             surfaces: Vec::new(),
             felt: Vec::new(),

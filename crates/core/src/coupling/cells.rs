@@ -1,6 +1,7 @@
 //! The cells of a block that the mapped bodies cover, and what a device gets of them, body by body.
 
 use super::Coupling;
+use super::KeptPolyhedra;
 use super::cover::Cover;
 use super::mapper::{Image, Mapper, sphere_images};
 use super::method::{CouplingMethod, with_method};
@@ -54,7 +55,7 @@ impl Coupling {
 
     /// Calls `visit` with the index and the parts of each body, in ascending order of ids, so that cells shared by several
     /// particles combine in the same order on every rank.
-    fn each_body(&self, mut visit: impl FnMut(u32, Parts)) {
+    fn each_body<'a>(&'a self, mut visit: impl FnMut(u32, Parts<'a>)) {
         let spheres = self.surfaces.iter().map(|&(body, sphere)| (body, Parts::Sphere(sphere)));
         let others =
             self.parts.chunk_by(|(a, _), (b, _)| a == b).map(|parts| (parts[0].0, Parts::Mapped(parts)));
@@ -69,7 +70,7 @@ impl Coupling {
     /// Calls `visit` with all images of a part of a body that may touch the block.
     fn each_image(&self, body: u32, part: &Mapper, visit: impl FnMut(&Image)) {
         let reference = self.bodies[body as usize].reference;
-        part.each_image(&self.decomposition.domain, self.block, reference, body, visit);
+        part.each_image(&self.decomposition.domain, self.block, reference, body, 0.0, visit);
     }
 
     /// Adds the cells of the parts of a body and returns the index of the first segment. Parts that share cells are one there.
@@ -92,17 +93,26 @@ impl Coupling {
             return;
         }
         let [_, ny, nz] = self.block.size();
-        let (mut cover, mut spheres) = (std::mem::take(&mut self.cover), Vec::new());
+        let (method, domain) = (self.params.method, &self.decomposition.domain);
+        let may_keep = |part: &Mapper| with_method!(method, method => method.may_keep(part));
+        let keeps =
+            KeptPolyhedra::pays(self.parts.iter().map(|(_, part)| part).filter(|part| may_keep(part)));
+        let (mut spheres, mut polyhedra) = (Vec::new(), Vec::new());
+        let mut kept = std::mem::take(&mut self.polyhedra);
+        let mut cover = std::mem::take(&mut self.cover);
         cover.begin(&mut self.segments);
         self.each_body(|body, parts| match parts {
             Parts::Sphere(sphere) => spheres.push((body, sphere)),
+            Parts::Mapped([(_, only)]) if keeps && may_keep(only) => polyhedra.push((body, only)),
             Parts::Mapped(parts) => {
                 self.cover_parts(parts, &mut cover);
             }
         });
+        kept.update(&polyhedra, &self.bodies, domain, self.block, self.params.simd);
+        self.polyhedra = kept;
         self.segments.sort(ny * nz, &cover.added, std::mem::take(&mut cover.cut));
         self.cover = cover;
-        self.spheres.update(&spheres, &self.bodies, &self.decomposition.domain, self.block);
+        self.spheres.update(&spheres, &self.bodies, domain, self.block);
         self.found = true;
     }
 }

@@ -4,7 +4,7 @@
 //! are evaluated side by side, [`GROUP`] at a time and without branches.
 
 use super::mapper::{Image, Mapper};
-use crate::fluid::simd::{Choose, Lanes, Registers, Single};
+use crate::fluid::simd::{Choose, Lanes, Registers, Vectorised, vectorise};
 use crate::fluid::{GROUP, Real, RowSegments, Segment, Simd};
 use crate::math::ROUND;
 
@@ -15,6 +15,21 @@ pub(super) struct Cover {
     pub(super) added: Vec<(u32, Segment)>,
     /// Solid fractions of cut cells.
     pub(super) cut: Vec<f32>,
+}
+
+/// [`Cover::add`].
+struct AddImage<'a, S> {
+    cover: &'a mut Cover,
+    surface: S,
+    mapper: &'a Mapper,
+    image: &'a Image,
+}
+
+impl<S: Surface> Vectorised for AddImage<'_, S> {
+    #[inline(always)]
+    fn run<V: Registers>(self) {
+        each_row::<V, _, _>(self.cover, self.surface, self.mapper, self.image);
+    }
 }
 
 /// Offsets of cells in [`GROUP`] rows: the first and the last that may be covered, and that are wholly solid; none if they cross.
@@ -79,8 +94,61 @@ pub(super) fn store<T, R: Lanes<T>>(values: &mut [T; GROUP], at: usize, register
     unsafe { register.store(values.as_mut_ptr().add(at)) };
 }
 
+/// Cells of a row that an image may cover.
+pub(super) struct RowCells {
+    /// Offsets of the first and the last.
+    pub(super) first: i32,
+    pub(super) last: i32,
+    /// The solid cells are `begin .. end`; if there are none, both are one past the last.
+    pub(super) begin: i32,
+    pub(super) end: i32,
+    /// Of the row in y and z, and distances from the centre.
+    pub(super) offsets: [i64; 2],
+    pub(super) from_centre: [f64; 2],
+}
+
+/// What is done with the rows of an image; must be inlined always.
+pub(super) trait RowVisitor<S> {
+    /// Does it with the cells of a row, at least one.
+    fn visit<V: Registers>(&mut self, surface: &mut S, image: &Image, row: &RowCells);
+}
+
+/// Visits the rows of an image of a body in which it may cover cells.
+#[inline(always)]
+pub(super) fn each_row<V: Registers, S: Surface, R: RowVisitor<S>>(
+    visitor: &mut R,
+    mut surface: S,
+    mapper: &Mapper,
+    image: &Image,
+) {
+    let [_, cy, cz] = mapper.motion.centre;
+    let [xs, ys, zs] = &image.offsets;
+    let (low, high) = (*xs.start() as i32, *xs.end() as i32);
+    for nz in zs.clone() {
+        let z = nz as f64 - cz;
+        for ny in ys.clone().step_by(GROUP) {
+            let mut y = [0.0; GROUP];
+            for k in 0..GROUP {
+                y[k] = (ny + k as i64) as f64 - cy;
+            }
+            let rows = surface.rows::<V>(&y, z);
+            for k in 0..GROUP {
+                let (first, last) = (rows.all[0][k].max(low), rows.all[1][k].min(high));
+                if first > last || ny + k as i64 > *ys.end() {
+                    continue;
+                }
+                let (begin, end) = (rows.full[0][k].max(first), rows.full[1][k].min(last) + 1);
+                let (begin, end) = if begin < end { (begin, end) } else { (last + 1, last + 1) };
+                let (offsets, from_centre) = ([ny + k as i64, nz], [y[k], z]);
+                let row = RowCells { first, last, begin, end, offsets, from_centre };
+                visitor.visit::<V>(&mut surface, image, &row);
+            }
+        }
+    }
+}
+
 /// Number of cells of a row of a body.
-fn small(n: impl TryInto<u16>) -> u16 {
+pub(super) fn small(n: impl TryInto<u16>) -> u16 {
     n.try_into().ok().expect("a body less than 65,536 cells long")
 }
 
@@ -93,36 +161,7 @@ impl Cover {
 
     /// Adds the cells of a periodic image of a body, with the instructions `simd`; they do not change a bit.
     pub(super) fn add<S: Surface>(&mut self, surface: S, mapper: &Mapper, image: &Image, simd: Simd) {
-        macro_rules! compiled_for {
-            ($name:ident, $registers:ty $(, $feature:literal)?) => {
-                $(#[target_feature(enable = $feature)])?
-                fn $name<S: Surface>(cover: &mut Cover, surface: S, mapper: &Mapper, image: &Image) {
-                    cover.add_rows::<S, $registers>(surface, mapper, image);
-                }
-            };
-        }
-        compiled_for!(baseline, Single);
-        #[cfg(target_arch = "x86_64")]
-        {
-            use crate::fluid::simd::{Narrow, Wide};
-            compiled_for!(sse2, Narrow, "fma");
-            compiled_for!(avx2, Wide, "avx2,fma");
-            compiled_for!(avx512, Wide, "avx512f");
-            match simd {
-                // SAFETY: `Coupling::new` checked that the processor has the instructions.
-                Simd::Avx512 => unsafe { avx512(self, surface, mapper, image) },
-                // SAFETY: `Coupling::new` checked that the processor has the instructions.
-                Simd::Avx2 => unsafe { avx2(self, surface, mapper, image) },
-                // SAFETY: `Coupling::new` checked that the processor has the instructions.
-                Simd::Sse2 => unsafe { sse2(self, surface, mapper, image) },
-                Simd::Scalar => baseline(self, surface, mapper, image),
-            }
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        {
-            let _ = simd;
-            baseline(self, surface, mapper, image);
-        }
+        vectorise(simd, AddImage { cover: self, surface, mapper, image });
     }
 
     /// Joins the segments from `first` on, those of the parts of one body, where those of one image share cells: there the body is one,
@@ -167,47 +206,12 @@ impl Cover {
             self.added.push((*row, joined));
         }
     }
+}
 
+impl<S: Surface> RowVisitor<S> for Cover {
     #[inline(always)]
-    fn add_rows<S: Surface, V: Registers>(&mut self, mut surface: S, mapper: &Mapper, image: &Image) {
-        let [_, cy, cz] = mapper.motion.centre;
-        let [_, ys, zs] = &image.offsets;
-        for nz in zs.clone() {
-            let z = nz as f64 - cz;
-            for ny in ys.clone().step_by(GROUP) {
-                let mut y = [0.0; GROUP];
-                for k in 0..GROUP {
-                    y[k] = (ny + k as i64) as f64 - cy;
-                }
-                let rows = surface.rows::<V>(&y, z);
-                for k in 0..GROUP {
-                    if rows.all[0][k] <= rows.all[1][k] && ny + k as i64 <= *ys.end() {
-                        let cells = [rows.all, rows.full].map(|[first, last]| [first[k], last[k]]);
-                        self.add_row::<S, V>(&mut surface, image, cells, [ny + k as i64, nz], [y[k], z]);
-                    }
-                }
-            }
-        }
-    }
-
-    /// Adds cells of a row: `all` of them, and those wholly solid.
-    #[inline(always)]
-    fn add_row<S: Surface, V: Registers>(
-        &mut self,
-        surface: &mut S,
-        image: &Image,
-        [all, full]: [[i32; 2]; 2],
-        [ny, nz]: [i64; 2],
-        [y, z]: [f64; 2],
-    ) {
-        let (low, high) = (*image.offsets[0].start() as i32, *image.offsets[0].end() as i32);
-        let (first, last) = (all[0].max(low), all[1].min(high));
-        if first > last {
-            return;
-        }
-        // The solid cells are `begin .. end`; if there are none, all are in the head.
-        let (begin, end) = (full[0].max(first), full[1].min(last) + 1);
-        let (begin, end) = if begin < end { (begin, end) } else { (last + 1, last + 1) };
+    fn visit<V: Registers>(&mut self, surface: &mut S, image: &Image, row: &RowCells) {
+        let &RowCells { first, last, begin, end, offsets: [ny, nz], from_centre: [y, z] } = row;
         let (start, mut head, mut tail) = (self.cut.len(), begin - first, last + 1 - end);
         let (mut first, mut before) = (first, 0);
         if head + tail > 0 {
@@ -239,16 +243,15 @@ impl Cover {
         if count == 0 {
             return;
         }
-        let [bx, by, bz] = image.base;
         let segment = Segment {
             body: image.body,
-            x: (i64::from(first) + bx) as u32,
+            x: (i64::from(first) + image.base[0]) as u32,
             count: small(count),
             head: small(head),
             tail: small(tail),
             offset: [first, ny as i32, nz as i32],
             cut: (start + before) as u32,
         };
-        self.added.push((((ny + by) + image.rows * (nz + bz)) as u32, segment));
+        self.added.push((image.row(row.offsets), segment));
     }
 }

@@ -6,6 +6,7 @@
 use super::cover::Cover;
 use super::faces::FacePlane;
 use super::mapper::{Geometry, Image, Mapper};
+use super::saturated::LEAST_SKIN;
 use crate::domain::Block;
 use crate::fluid::volume_fraction::face_numbers;
 use crate::fluid::{IMAGE_INTS, Images, LatticeSphere, RigidMotion, Segment};
@@ -119,7 +120,8 @@ impl Images {
     fn add_face(&mut self, plane: &FacePlane) {
         let [_, ny, nz] = plane.normal;
         let offset = plane.rest(0.0, 0.0);
-        self.planes.extend([ny, nz, offset, plane.slope, plane.reach]);
+        // As on the processor.
+        self.planes.extend([ny, nz, offset, plane.slope, plane.reach + LEAST_SKIN]);
         let normal = plane.normal.map(|n| n as f32);
         self.faces.extend(normal);
         self.faces.extend([offset as f32, plane.reach as f32]);

@@ -27,6 +27,7 @@ pub(super) enum Geometry {
 }
 
 /// A periodic image of a body.
+#[derive(Clone)]
 pub(super) struct Image {
     /// Index of the body.
     pub(super) body: u32,
@@ -36,6 +37,14 @@ pub(super) struct Image {
     pub(super) base: [i64; 3],
     /// Rows of the block in y.
     pub(super) rows: i64,
+}
+
+impl Image {
+    /// Row of the block at these offsets in y and z.
+    pub(super) fn row(&self, [ny, nz]: [i64; 2]) -> u32 {
+        let [_, by, bz] = self.base;
+        ((ny + by) + self.rows * (nz + bz)) as u32
+    }
 }
 
 /// Calls `visit` for every periodic image of a body with this index that may touch the block; it covers no cells but those with offsets from
@@ -148,20 +157,22 @@ impl Mapper {
         LatticeSphere { radius: radius * self.per_dx, shift: self.shift }
     }
 
-    /// Calls `visit` for every periodic image of the body, whose index is `body`, that may touch the block.
+    /// Calls `visit` for every periodic image of the body, whose index is `body`, that may touch the block, or would if it moved by `skin`
+    /// cells.
     pub(super) fn each_image(
         &self,
         domain: &Domain,
         block: Block,
         reference: [i64; 3],
         body: u32,
+        skin: f64,
         visit: impl FnMut(&Image),
     ) {
         let (low, high) = match self.geometry {
             Geometry::Sphere(radius) => (Vec3::repeat(-radius), Vec3::repeat(radius)),
             _ => self.shape.bounds(&self.orientation),
         };
-        let margin = margin(self.half_layer, self.shift);
+        let margin = margin(self.half_layer, self.shift) + skin;
         let mut first: [i64; 3] =
             std::array::from_fn(|a| i64::from(floor(low[a] * self.per_dx - margin + self.motion.centre[a])));
         let mut last: [i64; 3] = std::array::from_fn(|a| {

@@ -79,6 +79,11 @@ pub(super) trait CouplingMethod: SolidModel {
         false
     }
 
+    /// Returns true for a polyhedron of one part whose cells may be kept while it moves little.
+    fn may_keep(self, _part: &Mapper) -> bool {
+        false
+    }
+
     /// Adds the cells that an image of a body covers, with their solid fractions.
     fn cover(self, mapper: &Mapper, image: &Image, cover: &mut Cover, simd: Simd);
 
@@ -109,7 +114,7 @@ impl Coupling {
     /// The mapped particles as the fluid sees them.
     pub(super) fn solids<M: CouplingMethod>(&mut self, model: M) -> BlockSolids<'_, M> {
         BlockSolids {
-            segments: &self.segments,
+            segments: [&self.segments, &self.polyhedra.rows],
             spheres: &self.spheres.rows,
             bodies: &mut self.bodies,
             model,
@@ -162,7 +167,7 @@ pub(crate) fn sweep_alone<S: Population>(
     measure: bool,
 ) -> Option<Flow> {
     let solids = &mut BlockSolids {
-        segments: &RowSegments::default(),
+        segments: [&RowSegments::default(), &RowSegments::default()],
         spheres: &SphereRows::default(),
         bodies: &mut [],
         model: Homogenised { ramp: 1.0 },

@@ -24,6 +24,7 @@
 
 mod collision;
 mod flat;
+mod polyhedra;
 mod round;
 
 use super::cover::Cover;
@@ -35,6 +36,8 @@ use crate::particle::Particle;
 use crate::shape::{Curvature, Ellipsoid, Shape};
 pub use collision::SolidOperator;
 use flat::FlatSurface;
+pub(super) use flat::LEAST_SKIN;
+pub(super) use polyhedra::KeptPolyhedra;
 use round::{CylinderSurface, EllipsoidSurface, SmoothSurface, SphereSurface};
 use std::sync::Arc;
 
@@ -107,10 +110,16 @@ impl CouplingMethod for Saturated {
         }
     }
 
+    fn may_keep(self, part: &Mapper) -> bool {
+        polyhedra::planes(part).is_some()
+    }
+
     fn cover(self, mapper: &Mapper, image: &Image, cover: &mut Cover, simd: Simd) {
         match &mapper.geometry {
             Geometry::Sphere(radius) => cover.add(SphereSurface::new(mapper, *radius), mapper, image, simd),
-            Geometry::Flat(planes) => cover.add(FlatSurface::new(mapper, planes), mapper, image, simd),
+            Geometry::Flat(planes) => {
+                cover.add(FlatSurface::new(mapper, planes, LEAST_SKIN), mapper, image, simd);
+            }
             Geometry::Ellipsoid(semi_axes) => {
                 cover.add(EllipsoidSurface::new(mapper, *semi_axes), mapper, image, simd);
             }

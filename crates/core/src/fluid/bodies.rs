@@ -150,8 +150,8 @@ pub struct Body {
 
 /// The solids on a block of fluid.
 pub struct BlockSolids<'a, M> {
-    /// Covered cells, of all bodies that are not in `spheres`; in a row in ascending order of ids.
-    pub segments: &'a RowSegments,
+    /// Covered cells, of all bodies that are not in `spheres`, each in one of the two; in a row in ascending order of ids.
+    pub segments: [&'a RowSegments; 2],
     /// Spheres whose cells are found when their rows are swept.
     pub spheres: &'a SphereRows,
     /// Motion of each body, and what it exchanged.
@@ -166,26 +166,20 @@ impl<M: SolidModel> BlockSolids<'_, M> {
     /// Returns true if bodies may cover cells of a row.
     #[inline(always)]
     pub(super) fn reach(&self, row: usize) -> bool {
-        !(self.segments.row(row).is_empty() && self.spheres.row(row).is_empty())
+        !(self.segments.iter().all(|of| of.row(row).is_empty()) && self.spheres.row(row).is_empty())
     }
 
     /// Adds all solids to a row of `nx` cells, which is empty.
     #[inline(always)]
     pub(super) fn fill<T: Real, V: Registers>(&self, row: usize, nx: usize, solids: &mut SolidRow<T>) {
-        let (mut segments, spheres) = (self.segments.row(row), self.spheres.row(row));
-        solids.reserve(segments.len() + spheres.len());
+        let (mut segments, spheres) = (self.segments.map(|of| of.row(row)), self.spheres.row(row));
+        solids.reserve(segments[0].len() + segments[1].len() + spheres.len());
         if !spheres.is_empty() {
             let [y, z] = self.spheres.place(row);
             for image in spheres {
                 let image = &self.spheres.images[*image as usize];
                 let body = &self.bodies[image.body as usize];
-                while let [segment, rest @ ..] = segments {
-                    if self.bodies[segment.body as usize].id > body.id {
-                        break;
-                    }
-                    self.add_segment::<T, V>(segment, solids);
-                    segments = rest;
-                }
+                self.add_segments::<T, V>(&mut segments, body.id, solids);
                 let offset = [-image.base[0], y - image.base[1], z - image.base[2]];
                 if let Some(cells) = image.cells(body.motion.centre, offset, nx as i32) {
                     let velocity = body.motion.row(offset).to();
@@ -193,17 +187,34 @@ impl<M: SolidModel> BlockSolids<'_, M> {
                 }
             }
         }
-        for segment in segments {
-            self.add_segment::<T, V>(segment, solids);
-        }
+        self.add_segments::<T, V>(&mut segments, u64::MAX, solids);
     }
 
+    /// Adds the segments of bodies with ids of at most `last`, in ascending order of ids, and takes them from both lists.
     #[inline(always)]
-    fn add_segment<T: Real, V: Registers>(&self, segment: &Segment, solids: &mut SolidRow<T>) {
-        let [nx, ny, nz] = segment.offset;
-        let offset = [nx - segment.x as i32, ny, nz];
-        let velocity = self.bodies[segment.body as usize].motion.row(offset).to();
-        solids.add_segment::<M, V>(segment, self.segments.cut(segment), offset, &velocity);
+    fn add_segments<T: Real, V: Registers>(
+        &self,
+        lists: &mut [&[Segment]; 2],
+        last: u64,
+        solids: &mut SolidRow<T>,
+    ) {
+        loop {
+            let next = lists.map(|list| list.first().map(|of| self.bodies[of.body as usize].id));
+            let list = match next {
+                [Some(a), Some(b)] => usize::from(b < a),
+                [None, Some(_)] => 1,
+                _ => 0,
+            };
+            if next[list].is_none_or(|id| id > last) {
+                return;
+            }
+            let (segment, rest) = lists[list].split_first().expect("just found");
+            lists[list] = rest;
+            let [nx, ny, nz] = segment.offset;
+            let offset = [nx - segment.x as i32, ny, nz];
+            let velocity = self.bodies[segment.body as usize].motion.row(offset).to();
+            solids.add_segment::<M, V>(segment, self.segments[list].cut(segment), offset, &velocity);
+        }
     }
 
     /// Adds the momentum that a row exchanged in this sweep to its bodies.

@@ -40,7 +40,7 @@ impl Segment {
     }
 }
 
-/// Number of cells that bodies cover in a block, each counted once for each body that covers it.
+/// Number of cells that bodies may cover in a block (those of bodies that are kept with their skin), each counted once for each body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CoverCount {
     /// Cells.
@@ -107,6 +107,20 @@ impl RowSegments {
         }
         self.cut = cut;
         self.cut.extend([0.0; GROUP]);
+    }
+
+    /// Tells the segments, by the former index of their body, its index and by how much offsets have grown.
+    pub fn renumber(&mut self, of_bodies: &[(u32, [i32; 3])]) {
+        for segment in &mut self.segments {
+            let (body, moved) = of_bodies[segment.body as usize];
+            segment.body = body;
+            segment.offset = std::array::from_fn(|a| segment.offset[a] + moved[a]);
+        }
+    }
+
+    /// The fractions that segments refer to, and more.
+    pub fn fractions(&mut self) -> &mut [f32] {
+        &mut self.cut
     }
 
     /// Segments of row `y + ny z`; none before the first [`sort`](Self::sort).

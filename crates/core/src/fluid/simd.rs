@@ -56,6 +56,11 @@ pub trait Tally: Lanes<f64> {
     /// # Safety
     /// `WIDTH` numbers can be read at `p`.
     unsafe fn widen(p: *const f32) -> Self;
+    /// Writes the numbers in single precision.
+    ///
+    /// # Safety
+    /// `WIDTH` numbers can be written at `p`.
+    unsafe fn narrow(self, p: *mut f32);
     /// Adds the fixed-point number of `x`, and the bits of [`FIXED_MAGIC`], lane by lane.
     fn tally(self, x: Self) -> Self;
     /// Sums of the integers in all lanes of each, wrapping.
@@ -68,11 +73,51 @@ pub trait Registers {
     type D: Choose<f64> + Tally;
 }
 
+/// Work that is compiled for each instruction set; `run` must be inlined always.
+pub(crate) trait Vectorised {
+    fn run<V: Registers>(self);
+}
+
+/// Does the work with these instructions, which the processor must have; they do not change a bit.
+pub(crate) fn vectorise(simd: Simd, work: impl Vectorised) {
+    assert!(simd.is_available(), "{simd:?} on a processor that has it");
+    #[cfg(target_arch = "x86_64")]
+    {
+        macro_rules! compiled_for {
+            ($name:ident $registers:ty: $feature:literal) => {
+                #[target_feature(enable = $feature)]
+                fn $name(work: impl Vectorised) {
+                    work.run::<$registers>();
+                }
+            };
+        }
+        compiled_for!(sse2 Narrow: "fma");
+        compiled_for!(avx2 Wide: "avx2,fma");
+        compiled_for!(avx512 Wide: "avx512f");
+        match simd {
+            // SAFETY: just checked.
+            Simd::Avx512 => unsafe { avx512(work) },
+            // SAFETY: just checked.
+            Simd::Avx2 => unsafe { avx2(work) },
+            // SAFETY: just checked.
+            Simd::Sse2 => unsafe { sse2(work) },
+            Simd::Scalar => work.run::<Single>(),
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    work.run::<Single>();
+}
+
 impl Tally for f64 {
     #[inline(always)]
     unsafe fn widen(p: *const f32) -> Self {
         // SAFETY: promised by the caller.
         unsafe { (*p).into() }
+    }
+    #[inline(always)]
+    unsafe fn narrow(self, p: *mut f32) {
+        // SAFETY: promised by the caller.
+        unsafe { *p = self as f32 }
     }
     #[inline(always)]
     fn tally(self, x: Self) -> Self {
@@ -288,12 +333,18 @@ mod x86 {
 
     macro_rules! tally {
         ($($name:ident: $add:ident $to_integers:ident $to_numbers:ident $low:ident $high:ident $put:ident
-           |$p:ident| $widen:expr;)*) => {$(
+           |$p:ident, $x:ident| $widen:expr, $narrow:expr;)*) => {$(
             impl Tally for $name {
                 #[inline(always)]
                 unsafe fn widen($p: *const f32) -> Self {
                     // SAFETY: promised by the caller.
                     Self(unsafe { $widen })
+                }
+                #[inline(always)]
+                unsafe fn narrow(self, $p: *mut f32) {
+                    let $x = self.0;
+                    // SAFETY: promised by the caller.
+                    unsafe { $narrow }
                 }
                 #[inline(always)]
                 fn tally(self, x: Self) -> Self {
@@ -348,10 +399,11 @@ mod x86 {
     tally! {
         F64x2: _mm_add_epi64 _mm_castpd_si128 _mm_castsi128_pd
             _mm_unpacklo_epi64 _mm_unpackhi_epi64 put_narrow
-            |p| _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(p.cast())));
+            |p, x| _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64(p.cast()))),
+            _mm_storel_epi64(p.cast(), _mm_castps_si128(_mm_cvtpd_ps(x)));
         F64x4: _mm256_add_epi64 _mm256_castpd_si256 _mm256_castsi256_pd
             _mm256_unpacklo_epi64 _mm256_unpackhi_epi64 put_wide
-            |p| _mm256_cvtps_pd(_mm_loadu_ps(p));
+            |p, x| _mm256_cvtps_pd(_mm_loadu_ps(p)), _mm_storeu_ps(p, _mm256_cvtpd_ps(x));
     }
 
     /// 128-bit registers.

@@ -187,7 +187,7 @@ fn with_cubes<M: SolidModel, R>(
     let mut segments = RowSegments::default();
     segments.sort(block.size()[1] * block.size()[2], &added, cut);
     work(&mut BlockSolids {
-        segments: &segments,
+        segments: [&segments, &RowSegments::default()],
         spheres: &SphereRows::default(),
         bodies: &mut bodies,
         model,

@@ -11,12 +11,17 @@ use crate::fluid::volume_fraction::{Normal, behind_both};
 pub(super) struct FlatSurface<'a> {
     mapper: &'a Mapper,
     planes: &'a [FacePlane],
+    /// Distance (cells) by which cells beyond its reach count as cut by a face, too: their fractions say what they are.
+    skin: f64,
     /// The same in single precision, and [`GROUP`] side by side; those that are none reach nowhere.
     faces: Vec<Face>,
     groups: Vec<PlaneGroup>,
-    /// Faces that reach into cells of the present row, in their order.
+    /// Faces that may reach into cells of the present row, in their order.
     near: Vec<NearFace>,
 }
+
+/// Least skin: more than an error of rounding, so that single precision alone decides which cells are cut, for any larger skin alike.
+pub(in crate::coupling) const LEAST_SKIN: f64 = 1e-3;
 
 /// [`GROUP`] planes, see [`FacePlane`].
 #[derive(Clone, Copy)]
@@ -26,26 +31,49 @@ struct PlaneGroup {
     reach: [f32; GROUP],
 }
 
-/// A face: unit normal, and the largest height above it at which the centre of a cell may lie that it cuts.
+/// A face: unit normal, distance from the centre, and the largest height above it at which the centre of a cell may lie that it cuts.
 #[derive(Clone, Copy, Debug)]
-struct Face {
+pub(super) struct Face {
     normal: [f32; 3],
+    offset: f32,
     reach: f32,
     volume: Normal<f32>,
 }
 
-/// A face that reaches into a row: its index, and the height `n_x x - rest` of a cell above it.
+impl Face {
+    pub(super) fn new(plane: &FacePlane) -> Self {
+        let normal = plane.normal.map(|n| n as f32);
+        let (offset, reach) = (plane.rest(0.0, 0.0) as f32, plane.reach as f32);
+        Self { normal, offset, reach, volume: Normal::unit(normal) }
+    }
+
+    /// Remainder of the offset for `n_x x` of cells at `y, z` from the centre.
+    #[inline(always)]
+    pub(super) fn rest<R: Choose<f32>>(&self, y: R, z: R) -> R {
+        R::splat(self.offset) - (R::splat(self.normal[1]) * y + R::splat(self.normal[2]) * z)
+    }
+}
+
+/// A face that may reach into cells: its index, and what remains of their height `n_x x - rest` above it, alike in a row.
 #[derive(Clone, Copy, Debug)]
-struct NearFace {
-    face: u32,
-    rest: f32,
+pub(super) struct NearFace<R = f32> {
+    pub(super) face: u32,
+    pub(super) rest: R,
 }
 
 impl NearFace {
-    /// Height above it of the cell at `x`.
+    /// The same for all lanes.
     #[inline(always)]
-    fn height<R: Choose<f32>>(self, faces: &[Face], x: R) -> R {
-        R::splat(faces[self.face as usize].normal[0]) * x - R::splat(self.rest)
+    fn splat<R: Choose<f32>>(self) -> NearFace<R> {
+        NearFace { face: self.face, rest: R::splat(self.rest) }
+    }
+}
+
+impl<R: Choose<f32>> NearFace<R> {
+    /// Heights above it of the cells at `x`.
+    #[inline(always)]
+    fn height(self, faces: &[Face], x: R) -> R {
+        R::splat(faces[self.face as usize].normal[0]) * x - self.rest
     }
 }
 
@@ -56,7 +84,7 @@ fn cosine(a: &Face, b: &Face) -> f32 {
 }
 
 impl<'a> FlatSurface<'a> {
-    pub(super) fn new(mapper: &'a Mapper, planes: &'a [FacePlane]) -> Self {
+    pub(super) fn new(mapper: &'a Mapper, planes: &'a [FacePlane], skin: f64) -> Self {
         let none = PlaneGroup { normal: [[0.0; GROUP]; 3], offset: [FAR as f32; GROUP], reach: [0.0; GROUP] };
         let mut groups = vec![none; planes.len().div_ceil(GROUP)];
         for (at, plane) in planes.iter().enumerate() {
@@ -64,19 +92,27 @@ impl<'a> FlatSurface<'a> {
             for axis in 0..3 {
                 group.normal[axis][k] = plane.normal[axis] as f32;
             }
-            (group.offset[k], group.reach[k]) = (plane.rest(0.0, 0.0) as f32, plane.reach as f32);
+            (group.offset[k], group.reach[k]) = (plane.rest(0.0, 0.0) as f32, (plane.reach + skin) as f32);
         }
-        let face = |plane: &FacePlane| {
-            let normal = plane.normal.map(|n| n as f32);
-            Face { normal, reach: plane.reach as f32, volume: Normal::unit(normal) }
-        };
-        let faces = planes.iter().map(face).collect();
-        Self { mapper, planes, faces, groups, near: Vec::with_capacity(planes.len()) }
+        let faces = planes.iter().map(Face::new).collect();
+        Self { mapper, planes, skin, faces, groups, near: Vec::with_capacity(planes.len()) }
+    }
+
+    /// The set of those of the first 128 faces that may reach into the cell of the row with this offset.
+    #[inline(always)]
+    pub(super) fn set_of(&self, n: i32) -> u128 {
+        let (x, skin) = (n as f32 - self.mapper.motion.centre[0] as f32, self.skin as f32);
+        let mut set = 0;
+        for near in &self.near {
+            let is_near = near.height(&self.faces, x) > -(self.faces[near.face as usize].reach + skin);
+            set |= u128::from(is_near) << near.face;
+        }
+        set
     }
 }
 
 impl Surface for FlatSurface<'_> {
-    /// Cells are wholly solid if no face reaches into them.
+    /// Cells are wholly solid if no face reaches into them, nor would within the skin.
     #[inline(always)]
     fn rows<V: Registers>(&self, y: &[f64; GROUP], z: f64) -> Rows {
         let mut found = Intervals { outer: [[0.0; GROUP]; 2], inner: [[0.0; GROUP]; 2] };
@@ -87,7 +123,8 @@ impl Surface for FlatSurface<'_> {
                 ([c(-FAR), c(FAR)], [c(-FAR), c(FAR)]);
             for plane in self.planes {
                 let rest = c(plane.rest(0.0, z)) - c(plane.normal[1]) * y;
-                let (x, more) = (rest * c(plane.slope), c(plane.reach * plane.slope));
+                let reach = plane.reach + self.skin;
+                let (x, more) = (rest * c(plane.slope), c(reach * plane.slope));
                 if plane.slope > 0.0 {
                     outer_high = outer_high.min(x + more);
                     inner_high = inner_high.min(x - more);
@@ -95,8 +132,8 @@ impl Surface for FlatSurface<'_> {
                     outer_low = outer_low.max(x + more);
                     inner_low = inner_low.max(x - more);
                 } else {
-                    outer_high = rest.if_greater(c(-plane.reach), outer_high, c(-FAR));
-                    inner_high = c(plane.reach).if_greater(rest, c(-FAR), inner_high);
+                    outer_high = rest.if_greater(c(-reach), outer_high, c(-FAR));
+                    inner_high = c(reach).if_greater(rest, c(-FAR), inner_high);
                 }
             }
             store(&mut found.outer[0], at, outer_low.min(c(FAR)));
@@ -138,7 +175,7 @@ impl Surface for FlatSurface<'_> {
         let mut fractions = [0.0; GROUP];
         for at in (0..GROUP).step_by(V::F::WIDTH) {
             let x = load::<f32, V::F>(n, at) - centre;
-            if let Some(some) = together(&self.faces, &self.near, x) {
+            if let Some(some) = together(&self.faces, self.near.iter().map(|near| near.splat()), x) {
                 store(&mut fractions, at, some);
             } else {
                 for k in at..at + V::F::WIDTH {
@@ -154,13 +191,17 @@ impl Surface for FlatSurface<'_> {
 const FAR: f64 = 1e9;
 
 /// Most faces that reach into the same [`GROUP`] of cells to be evaluated together.
-const MEETING: usize = 12;
+pub(super) const MEETING: usize = 12;
 
-/// Volume fractions behind all faces of the cells of a row with their centres at `x` (cells, from the centre of the body), or none if
-/// more faces meet there than can be evaluated together. Each is combined with the fraction behind the previous ones, at the cosine to
-/// the most similar of them.
+/// Volume fractions behind all faces of the cells with their centres at `x` (cells, from the centre of the body), or none if more faces
+/// meet there than can be evaluated together. Each is combined with the fraction behind the previous ones, at the cosine to the most
+/// similar of them. Faces that are `near` but reach into none of the cells do not change a bit.
 #[inline(always)]
-fn together<R: Choose<f32>>(faces: &[Face], near: &[NearFace], x: R) -> Option<R> {
+pub(super) fn together<R: Choose<f32>>(
+    faces: &[Face],
+    near: impl Iterator<Item = NearFace<R>>,
+    x: R,
+) -> Option<R> {
     let c = |x: f32| R::splat(x);
     let (mut fraction, mut outside) = (c(1.0), c(0.0));
     // Faces before that reach into some of the cells, and how high these are above them.
@@ -197,7 +238,7 @@ fn together<R: Choose<f32>>(faces: &[Face], near: &[NearFace], x: R) -> Option<R
 }
 
 /// Volume fraction of one cell.
-fn alone(faces: &[Face], near: &[NearFace], x: f32) -> f32 {
+pub(super) fn alone(faces: &[Face], near: &[NearFace], x: f32) -> f32 {
     let mut fraction = 1.0;
     for (at, this) in near.iter().enumerate() {
         let (face, height) = (&faces[this.face as usize], this.height(faces, x));
@@ -260,7 +301,7 @@ mod tests {
             let method = Method::Saturated(Saturated::new(SolidOperator::Sc3));
             let mapper = Mapper::new(&shape, turn, motion, &coupled(method), -0.1);
             let crate::coupling::mapper::Geometry::Flat(planes) = &mapper.geometry else { panic!() };
-            let mut surface = FlatSurface::new(&mapper, planes);
+            let mut surface = FlatSurface::new(&mapper, planes, LEAST_SKIN);
             let (mut cut, mut meeting, mut too_many) = (0, 0, 0);
             for row in 0..256 {
                 let [y, z] = [row % 16, row / 16].map(|n| f64::from(n) - 7.6);
@@ -270,7 +311,7 @@ mod tests {
                         let x = n as f32 - 0.2;
                         let fraction = alone(&surface.faces, &surface.near, x);
                         cut += usize::from(fraction > 0.0 && fraction < 1.0);
-                        match together(&surface.faces, &surface.near, x) {
+                        match together(&surface.faces, surface.near.iter().map(|near| near.splat()), x) {
                             Some(together) => assert_eq!(together.to_bits(), fraction.to_bits()),
                             None => too_many += 1,
                         }

@@ -142,7 +142,7 @@ impl Tangle {
             let none = ExchangeSum::default();
             let mut bodies = [Body { id: 0, reference: [0; 3], motion, exchange: none, departed: none }];
             let mut solid = BlockSolids {
-                segments: &segments,
+                segments: [&segments, &RowSegments::default()],
                 spheres: &SphereRows::default(),
                 bodies: &mut bodies,
                 model: Homogenised { ramp: 0.5 },
