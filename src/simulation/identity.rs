@@ -5,18 +5,21 @@
 //!
 //! - of the fluid its density, collision, coupling, force balance, flux control and its target, body acceleration and flow at the start;
 //! - gravity, sub-steps, walls, faces that are inlets, outlets or slip (if there are some), and the contact model with all materials and pairs;
+//! - what is inserted and removed, where and when, if something is;
 //! - volume, inertia, density and material of each template, its motion as far as it is prescribed, and what acts on it;
 //! - the contents of the files that the case names.
 //!
 //! It lacks the other numbers of [`identity`], the run plan, and what the text of the case decides alone: position and motion of the
 //! particles, and commands for LIGGGHTS.
 
-use crate::case::{FluidSetup, Setup, StartFlow};
+use crate::case::insertion::{Amount, RemovedFrom};
+use crate::case::{FluidSetup, Insertion, Removal, Setup, StartFlow};
 use crate::contact::{ContactModel, ElasticLaw, FrictionLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::domain::Face;
 use crate::fluid::Collision;
 use crate::math::{Profile, TimeFunction, Vec3};
+use crate::packing::insertion::{Bodies, Region};
 use crate::particle::{PrescribedMotion, Template};
 use crate::wall::{Inlet, Surface, Wall};
 use serde_json::{Value as Json, json};
@@ -77,6 +80,12 @@ pub(super) fn physics(setup: &Setup) -> Json {
     if !setup.domain.faces.iter().all(|face| face.is_plain()) {
         physics["faces"] = setup.domain.faces.iter().map(|face| face_of(*face)).collect();
         physics["inlets"] = setup.inlets.iter().map(|(n, inlet)| json!([n, inlet_of(inlet)])).collect();
+    }
+    if !setup.insertions.is_empty() {
+        physics["insertion"] = setup.insertions.iter().map(insertion).collect();
+    }
+    if !setup.removals.is_empty() {
+        physics["removal"] = setup.removals.iter().map(removal).collect();
     }
     physics
 }
@@ -267,6 +276,41 @@ fn face_of(face: Face) -> Json {
     }
 }
 
+fn region_of(region: &Region) -> Json {
+    json!([vector(region.lower), vector(region.upper)])
+}
+
+fn insertion(insertion: &Insertion) -> Json {
+    let Bodies { seed, fractions, orientation, velocity } = &insertion.bodies;
+    let (rate, fraction) = match insertion.amount {
+        Amount::Rate(rate) => (Some(rate), None),
+        Amount::VolumeFraction(fraction) => (None, Some(fraction)),
+    };
+    let limit = |number: u64| (number < u64::MAX).then_some(number);
+    json!({
+        "count": limit(insertion.most),
+        "every": insertion.every,
+        "fractions": fractions,
+        "orientation": orientation.map(|of| <[f64; 4]>::from(of.coords)),
+        "rate": rate,
+        "region": region_of(&insertion.region),
+        // All digits: a number would be rounded.
+        "seed": seed.to_string(),
+        "steps": [Some(insertion.steps[0]), limit(insertion.steps[1])],
+        "velocity": velocity.map(vector),
+        "volume_fraction": fraction,
+    })
+}
+
+fn removal(removal: &Removal) -> Json {
+    let from = match &removal.from {
+        RemovedFrom::Region(region) => json!({ "region": region_of(region) }),
+        RemovedFrom::Plane(surface) => json!({ "plane": surface_of(surface) }),
+        RemovedFrom::Outlet(surface) => json!({ "outlet": surface_of(surface) }),
+    };
+    json!({ "from": from, "section": removal.section })
+}
+
 fn inlet_of(Inlet { velocity, profile }: &Inlet) -> Json {
     let profile = match profile {
         Profile::Uniform => json!("uniform"),
@@ -278,24 +322,27 @@ fn inlet_of(Inlet { velocity, profile }: &Inlet) -> Json {
     json!({ "profile": profile, "velocity": function(velocity) })
 }
 
-fn wall(wall: &Wall) -> Json {
-    let surface = match wall.surface {
+fn surface_of(surface: &Surface) -> Json {
+    match *surface {
         Surface::Plane { point, normal } => {
             json!({ "kind": "plane", "normal": vector(normal), "point": vector(point) })
         }
         Surface::Cylinder { point, axis, radius, .. } => json!({
             "axis": vector(axis),
-            "kind": surface_name(&wall.surface),
+            "kind": surface_name(surface),
             "point": vector(point),
             "radius": radius,
         }),
-    };
+    }
+}
+
+fn wall(wall: &Wall) -> Json {
     json!({
         "angular_velocity": function(&wall.motion.angular_velocity),
         "material": wall.material,
         "name": wall.name,
         "pivot": vector(wall.motion.pivot),
-        "surface": surface,
+        "surface": surface_of(&wall.surface),
         "velocity": function(&wall.motion.velocity),
     })
 }
