@@ -97,9 +97,14 @@ impl Setup {
         self.expected_counts().map(|(_, count)| count).fold(0, usize::saturating_add)
     }
 
+    /// True if particles come or go during the run.
+    pub fn changes_population(&self) -> bool {
+        !self.insertions.is_empty() || !self.removals.is_empty()
+    }
+
     /// The `[[particles]]` sections that are counted as they come and go, ascending: those of free particles, if any come or go.
     pub fn counted_sections(&self) -> Vec<usize> {
-        let changes = !self.insertions.is_empty() || !self.removals.is_empty();
+        let changes = self.changes_population();
         let of_each =
             self.sections.iter().zip(&self.motions).filter(|(_, motion)| changes && motion.is_free());
         let mut sections: Vec<usize> = of_each.map(|(section, _)| *section).collect();

@@ -223,3 +223,6 @@ impl Simulation {
         behind.next()
     }
 }
+
+#[cfg(test)]
+mod tests;

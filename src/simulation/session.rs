@@ -65,7 +65,7 @@ impl Session {
     }
 
     fn with(setup: Setup, new: fn(&Setup, &Decomposition, Comm) -> Result<Simulation>) -> Result<Self> {
-        if !setup.insertions.is_empty() || !setup.removals.is_empty() {
+        if setup.changes_population() {
             let what = "particles of `insertion` and `removal` come and go, but those of a session, in C or Python, are always the same: \
                         run the case with turbid, or with `Simulation` of the Rust library";
             return Err(Error::Input(what.to_string()));

@@ -123,6 +123,17 @@ impl Exchange<'_> {
             AmountBy::MassRate(rate) => Amount::Rate(rate / mean(&Template::mass)),
             AmountBy::VolumeFraction(fraction) => Amount::VolumeFraction(fraction),
         };
+        let volume = mean(&|template| template.shape.volume());
+        let room = region.edges().product();
+        if let Amount::VolumeFraction(fraction) = amount
+            && fraction * room < volume
+        {
+            let title = format!(
+                "`{key}` fills a region of {room:.4e} m^3 to a volume fraction of {fraction}, less than one particle of {volume:.4e} m^3"
+            );
+            let remedy = "take a larger region, or give a rate, for which the region may be a plane";
+            return Err(document.error(&format!("{key}.region"), &title, "too small", remedy));
+        }
         let steps = |name: &str, given: Option<Duration>, default: u64| match given {
             None => Ok(default),
             Some(Duration::Steps(0)) if name == "start" => Ok(0),
@@ -165,7 +176,7 @@ impl Exchange<'_> {
             steps: [from, to],
             every: steps("every", section.every, usual.max(LEAST_INTERVAL))?,
             most: section.count.unwrap_or(u64::MAX),
-            volume: mean(&|template| template.shape.volume()),
+            volume,
         })
     }
 
