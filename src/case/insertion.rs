@@ -19,7 +19,7 @@ const GAP: f64 = 1e-6;
 pub struct Insertion {
     /// Their `[[particles]]` section, counted from 0.
     pub section: usize,
-    /// What they are like.
+    /// Shapes, orientations and velocities of the particles, in their order.
     pub bodies: Bodies,
     /// Region of their centres.
     pub region: Region,
@@ -125,7 +125,7 @@ fn volume_passed(region: &Region, reach: f64, speed: Vec3, time: f64) -> f64 {
 pub struct Removal {
     /// Their `[[particles]]` section, if not all.
     pub section: Option<usize>,
-    /// Where they are removed.
+    /// Place at which they are removed.
     pub from: RemovedFrom,
 }
 

@@ -71,7 +71,7 @@ pub struct RegionSection {
 pub struct RemovalSection {
     /// Their `[[particles]]` section, counted from 0. Default: all.
     pub kind: Option<usize>,
-    /// Where they are removed.
+    /// Place at which they are removed.
     #[serde(flatten)]
     pub place: RemovalPlace,
 }

@@ -50,7 +50,7 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
         (
             REGION,
             "region = { lower = [0, 0, 0.03], upper = [0.02, 0.02, 0.045] }".into(),
-            &["bad.toml:12:43", "`insertion.0.region.upper` lies outside the box: z is 0.045 m", "0.04 m"],
+            &["bad.toml:12:", "`insertion.0.region.upper` lies outside the box: z is 0.045 m", "0.04 m"],
         ),
         (
             REGION,
@@ -102,7 +102,7 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
         (
             "particle_rate = 1000",
             "particle_rate = 20000".into(),
-            &["bad.toml:11:1", "volume fraction of 1.047", "no packing has", "`count`"],
+            &["bad.toml:10:1", "volume fraction of 1.047", "no packing has", "`count`"],
         ),
         (
             "particle_rate = 1000",
@@ -159,7 +159,7 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
         (
             "[run]",
             "[dem]\nengine = { command = [\"x\"] }\n[run]".into(),
-            &["bad.toml:11:1", "16 |", "an external engine", "\"native\""],
+            &["bad.toml:10:1", "16 |", "an external engine", "\"native\""],
         ),
     ];
     for (good, spoilt, words) in &rows {
@@ -168,7 +168,7 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
 }
 
 #[test]
-fn a_fluid_that_cannot_follow_inserted_particles_is_told_of_their_velocity() {
+fn inserted_particles_that_are_too_fast_for_a_fluid_are_refused() {
     let wet = POUR.replace(
         "[dry]\ntime_step = 1e-5",
         "[fluid]\ndensity = 1000\nviscosity = 1e-5\n[lattice]\ncells_per_diameter = 5\nrelaxation_time = 0.6",
