@@ -336,7 +336,8 @@ mod tests {
     fn every_column_has_one_definition_and_every_definition_a_column() {
         // Walls and bodies share one.
         let loads = LOADS[..2].iter().chain(&LOADS[4..]);
-        let of_bodies = WALL_COLUMNS.iter().chain(loads).chain([&MASS_FLOW]).map(|(name, _)| *name);
+        let of_bodies =
+            WALL_COLUMNS.iter().chain(loads).chain([&MASS_FLOW]).chain(&POPULATION).map(|(name, _)| *name);
         let names = COLUMNS.iter().map(|head| head.split(" (").next().unwrap()).chain(of_bodies);
         let quantity = |name: &'static str| match name.rsplit_once('_') {
             Some((vector, "x" | "y" | "z" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz")) => vector,

@@ -23,6 +23,8 @@ pub(super) struct Plan {
     removals: Vec<Removal>,
     /// By template, with half of the gap that inserted particles keep; empty if nothing is inserted.
     contours: Vec<GrownShape>,
+    /// Distance by which surfaces are grown for contacts (m).
+    enlargement: f64,
     /// The `[[particles]]` section of each template, and whether its motion is free.
     sections: Vec<(usize, bool)>,
 }
@@ -56,6 +58,7 @@ impl Plan {
             insertions: setup.insertions.clone(),
             removals: setup.removals.clone(),
             contours,
+            enlargement,
             sections: setup.sections.iter().copied().zip(free).collect(),
         }
     }
@@ -138,7 +141,7 @@ impl Simulation {
         let time = CONTROL_INTERVAL as f64 * self.units.dt;
         let is_removed = |particle: &&Particle| {
             let (section, free) = plan.sections[particle.template as usize];
-            let reach = self.templates[particle.template as usize].shape.circumradius();
+            let reach = self.templates[particle.template as usize].shape.circumradius() + plan.enlargement;
             let own = |removal: &&Removal| removal.section.is_none_or(|one| one == section);
             free && plan.removals.iter().filter(own).any(|removal| removal.removes(particle, reach, time))
         };

@@ -269,7 +269,7 @@ impl Exchange<'_> {
                 let remedy = "move them apart, or insert both by a rate: a volume fraction counts all particles of its region";
                 return Err(self.document().error_at(&marks, &title, remedy));
             }
-            let reach = self.reach(one);
+            let reach = self.reach(one) + self.placer.enlargement;
             let is_removed = |removal: &Removal| {
                 let mut corners = one.region.corners();
                 removal.section.is_none_or(|section| section == one.section)

@@ -155,6 +155,30 @@ fn number_mass_and_momentum_are_those_at_the_start_and_of_the_particles_that_cam
 }
 
 #[test]
+fn the_momentum_of_fluid_and_particles_is_that_which_inserted_ones_bring() {
+    // As after any impulsive start (docs/limits.md).
+    for (coupling, error) in [("saturated", 4e-3), ("homogenised", 4e-2)] {
+        let text = "domain.size = [4e-3, 4e-3, 4e-3]
+            fluid = { density = 1000, viscosity = 1e-5 }
+            lattice = { cells_per_diameter = 8, relaxation_time = 0.8 }
+            driving = { gravity = 0, zero_net_flux = false }
+            run.end.steps = 80
+            particles = [{ shape.sphere.diameter = 1e-3, density = 2500, count = 0 }]
+            insertion = [{ region = { lower = [0, 0, 0], upper = [4e-3, 4e-3, 4e-3] }, volume_fraction = 0.05, velocity = [0, 0, 1e-2] }]";
+        let setup = setup(text, &[&format!("lattice.coupling={coupling}")], 1);
+        let mut simulation = Simulation::solo(&setup).unwrap();
+        simulation.advance(80).unwrap();
+        let template = &setup.templates[0];
+        let excess = template.mass() - 1000.0 * template.shape.volume();
+        let flow = simulation.measure().mean.velocity * (1000.0 * simulation.fluid_volume());
+        let momentum = flow + excess * simulation.particles().iter().map(|p| p.velocity()).sum::<Vec3>();
+        let brought = Vec3::z() * (6.0 * template.mass() * 1e-2);
+        assert_eq!(simulation.come_and_gone()[0], [6]);
+        assert!((momentum - brought).norm() < error * brought.norm(), "{coupling}: {momentum} {brought}");
+    }
+}
+
+#[test]
 fn inserted_particles_overlap_nothing() {
     let setup = setup(DRY, &["run.end.steps=1", "contact.enabled=false"], 1);
     let mut simulation = Simulation::solo(&setup).unwrap();
