@@ -240,7 +240,7 @@ count = 0
 
 [[insertion]]
 region = { lower = [0, 0, 3.0e-3], upper = [2e-3, 2e-3, 3.6e-3] }
-particle_rate = 600
+particle_rate = 400
 velocity = [0, 0, -2e-2]
 velocity_spread = [5e-3, 5e-3, 0]
 

@@ -44,7 +44,7 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
         (
             "count = 0",
             "count = 0\nmotion = \"fixed\"".into(),
-            &["bad.toml:11:1", "`insertion.0` inserts", "prescribed"],
+            &["bad.toml:10:10", "11 |", "`insertion.0` inserts", "prescribed"],
         ),
         (REGION, String::new(), &["bad.toml:10:1", "the key `region` is missing"]),
         (
@@ -129,12 +129,12 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
             after(
                 "[[insertion]]\nregion = { lower = [0, 0, 0.034], upper = [0.02, 0.02, 0.036] }\nvolume_fraction = 0.1",
             ),
-            &["12 |", "bad.toml:16:10", "overlap", "filled to a volume fraction"],
+            &["bad.toml:12:10", "16 |", "overlap", "filled to a volume fraction"],
         ),
         (
             "velocity = [0, 0, -0.5]",
             removal("plane = { point = [0, 0, 0.032], normal = [0, 0, 1] }"),
-            &["bad.toml:12:10", "16 |", "`removal.0` removes particles where `insertion.0` inserts them"],
+            &["bad.toml:12:10", "15 |", "`removal.0` removes particles where `insertion.0` inserts them"],
         ),
         (
             "velocity = [0, 0, -0.5]",
