@@ -18,6 +18,7 @@ pub mod file;
 mod files;
 mod filled;
 mod granular;
+pub mod insertion;
 mod kinds;
 mod laws;
 mod listed;
@@ -51,6 +52,7 @@ use std::sync::Arc;
 
 pub use file::{BodyColour, Quantity};
 pub use file::{free_keys, schema};
+pub use insertion::{Insertion, Removal};
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
@@ -82,10 +84,16 @@ pub struct Setup {
     pub frames: Vec<Quat>,
     /// State of all particles at the start, ascending ids; during a run ask the simulation.
     pub particles: Vec<Particle>,
+    /// Particles that come during the run.
+    pub insertions: Vec<Insertion>,
+    /// Particles that go during the run.
+    pub removals: Vec<Removal>,
     /// Diameter of the sphere of equal volume, of the first kind of particle (m).
     pub diameter: f64,
-    /// Solid volume over volume of the box (-).
+    /// Solid volume of the particles at the start over volume of the box (-).
     pub volume_fraction: f64,
+    /// Volume of the box that is in no wall (m^3).
+    pub free_volume: f64,
     /// The same as the case asks for it, before numbers of particles were rounded up to whole ones (-).
     pub requested_volume_fraction: f64,
     /// Walls: the closed faces of the box, and those the case lists.

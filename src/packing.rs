@@ -2,9 +2,10 @@
 //!
 //! Random points are pushed apart pair by pair until no two spheres are closer than allowed. Bodies of other shapes
 //! start from there, as spheres of the same volume, and are [relaxed](relax) further. Then all are [mixed](mix) until
-//! they are distributed as in a fluid of hard bodies. Only `+ - * /`, square roots and streams of random numbers are
+//! they are distributed as in a fluid of hard bodies. Bodies that come during a run are [inserted](insertion). Only `+ - * /`, square roots and streams of random numbers are
 //! used: the same seed gives the same bits on any machine.
 
+pub mod insertion;
 pub mod mix;
 mod neighbours;
 pub mod positions;

@@ -9,6 +9,7 @@ mod engine;
 mod entrances;
 mod failure;
 mod identity;
+mod insertion;
 mod measure;
 mod observe;
 mod population;
@@ -133,6 +134,8 @@ pub struct Simulation {
     templates: Arc<[Template]>,
     domain: Domain,
     counts: Counts,
+    plan: Rc<insertion::Plan>,
+    record: insertion::Record,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -279,6 +282,7 @@ impl Simulation {
         let system = (setup.fluid.as_ref())
             .map(|fluid| FluidSystem::new(setup, fluid, decomposition, &comm, dem.particles()));
         let block = decomposition.block(comm.rank());
+        let plan = insertion::Plan::of(setup);
         Ok(Self {
             units: setup.units(),
             system: system.transpose()?,
@@ -301,13 +305,16 @@ impl Simulation {
             templates: setup.templates.clone(),
             domain: setup.domain,
             counts: Counts::of(setup),
+            record: insertion::Record::new(setup.templates.len(), &plan, 0),
+            plan: Rc::new(plan),
         })
     }
 
-    /// Advances fluid and particles by one time step. Errors: [`Error::Diverged`] or [`Error::Engine`] on every rank, at most
+    /// Advances fluid and particles by one time step, before which particles go and come as the case says. Errors: [`Error::Diverged`] or [`Error::Engine`] on every rank, at most
     /// [`CONTROL_INTERVAL`] steps after it happened on one, and from then on in every step. Collective.
     pub fn step(&mut self) -> Result<()> {
         self.known_failure()?;
+        self.come_and_go()?;
         let Self { comm, units, system, dem, timings: t, failure, external, applied, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;

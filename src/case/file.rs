@@ -3,6 +3,7 @@
 //! `turbid check --schema` prints what stands here as a JSON schema. Numbers are in SI units unless said otherwise.
 
 mod contacts;
+mod insertion;
 mod motion;
 mod particles;
 mod pictures;
@@ -24,6 +25,7 @@ pub use contacts::{
     ContactSection, DemSection, EngineKind, EngineSection, GeometryKind, LiggghtsSection, MaterialSection,
     PairSection, ProcessSection,
 };
+pub use insertion::{AmountBy, InsertionSection, RegionSection, RemovalPlace, RemovalSection};
 pub use motion::{
     Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, VariableVector, VectorSection,
 };
@@ -92,6 +94,12 @@ pub struct Case {
     #[serde(default)]
     #[schemars(extend("minItems" = 1))]
     pub particles: Vec<ParticleSection>,
+    /// Particles that come during the run.
+    #[serde(default)]
+    pub insertion: Vec<InsertionSection>,
+    /// Particles that go during the run.
+    #[serde(default)]
+    pub removal: Vec<RemovalSection>,
     /// Materials that particles and walls name.
     #[serde(default)]
     pub materials: Vec<MaterialSection>,
@@ -109,6 +117,14 @@ pub struct Case {
     /// Files to write.
     #[serde(default)]
     pub output: OutputSection,
+}
+
+impl Case {
+    /// True if there are particles of a section, or will be.
+    pub fn has_particles(&self, section: usize) -> bool {
+        !self.particles[section].is_empty()
+            || self.insertion.iter().any(|insertion| insertion.kind == section)
+    }
 }
 
 /// The box.

@@ -148,7 +148,7 @@ pub(super) fn refuse_cohesion(
         return Ok(());
     }
     let of_each = kinds.of_each(|section, _| section);
-    let present = |section: usize| !document.case.particles[section].is_empty();
+    let present = |section: usize| document.case.has_particles(section);
     let bodies = kinds.templates.iter().zip(of_each).filter(|(_, section)| present(*section));
     let bodies: Vec<(&Template, usize)> = bodies.collect();
     let radius = |template: &Template| 0.5 * template.shape.equivalent_diameter() + model.enlargement;

@@ -16,6 +16,8 @@ use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
 use crate::wall::Surface;
+pub(super) use random::CLEAR;
+pub(super) use relaxed::pose;
 use std::collections::HashMap;
 
 /// A case, and all that the positions depend on.
@@ -155,7 +157,7 @@ impl Placer<'_> {
     }
 
     /// An orientation from an axis and an angle, or from a quaternion.
-    fn orientation(&self, key: &str, given: &OrientationSection) -> Result<Quat> {
+    pub(super) fn orientation(&self, key: &str, given: &OrientationSection) -> Result<Quat> {
         let example = "e.g. { axis = [0, 0, 1], angle = 45 }";
         let zero = |name: &str, value: &str, remedy: &str| {
             self.document.out_of_range(&format!("{key}.{name}"), value, "not all zero", remedy)

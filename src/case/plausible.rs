@@ -64,8 +64,8 @@ impl Setup {
     /// Bodies whose centre is not free in any direction cannot be.
     pub fn too_light(&self) -> Option<TooLight> {
         let fluid = self.fluid.as_ref()?;
-        (self.particles.iter())
-            .map(|particle| particle.template as usize)
+        (self.expected_counts())
+            .map(|(template, _)| template)
             .filter(|&template| !self.motions[template].holds_centre())
             .map(|template| TooLight { template, ratio: self.templates[template].density / fluid.density })
             .filter(|light| light.ratio < LEAST_RATIO)
@@ -115,6 +115,16 @@ impl Review<'_> {
             };
             let doubt = (speed > 10.0).then(|| "velocities are in m/s".to_string());
             follow(&name, speed, &format!("particles.{section}{list}"), doubt)?;
+        }
+        for (n, insertion) in setup.insertions.iter().enumerate() {
+            let key = format!("insertion.{n}.velocity");
+            let doubt = (insertion.speed() > 10.0).then(|| "velocities are in m/s".to_string());
+            follow(
+                &format!("the velocity of the particles of `insertion.{n}`"),
+                insertion.speed(),
+                &key,
+                doubt,
+            )?;
         }
         for &template in &self.present {
             let speed = setup.prescribed_speed(template);

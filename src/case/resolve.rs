@@ -7,6 +7,7 @@ use super::engine::{engine, refuse_walls, saved_text};
 use super::file::PositionsBy;
 use super::files::{Files, OwnShapes};
 use super::granular::agitate;
+use super::insertion::{Exchange, refuse_engine};
 use super::kinds::Kinds;
 use super::laws::{refuse_cohesion, refuse_edges};
 use super::materials::Materials;
@@ -19,14 +20,16 @@ use super::schedule::{Known, of_machine, reschedule, title};
 use super::space::{
     domain, refuse_double_contacts, refuse_passages, refuse_shared_cells, refuse_what_is_too_large,
 };
-use super::walls::{free_volume, walls};
-use super::{Provenance, RunPlan, Setup};
+use super::walls::{PlacedWall, free_volume, walls};
+use super::{FluidSetup, Provenance, RunPlan, Setup};
 use crate::document::Source;
+use crate::domain::Domain;
 use crate::engine::EngineChoice;
 use crate::error::Result;
 use crate::output::surfaces::are_few;
 use crate::units::Units;
 use crate::wall::Wall;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Relative difference of a volume fraction from the requested one that is worth a warning.
@@ -138,7 +141,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }
     let engine = engine(document, &files.folder)?;
-    let no_particles = kinds.of_each(|section, _| document.case.particles[section].is_empty());
+    refuse_engine(document, &engine)?;
+    let no_particles = kinds.of_each(|section, _| !document.case.has_particles(section));
     let reaches = templates
         .iter()
         .zip(no_particles)
@@ -204,17 +208,34 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             warnings.extend(rounded(document, index, [requested, actual], count));
         }
     }
-    let present = (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
-    let known = Known {
-        name,
-        clock: Clock::of(time_step, fluid.as_ref()),
-        size: domain.size(),
-        few: are_few(templates, counts),
+    let mut present: BTreeSet<usize> =
+        (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
+    let clock = Clock::of(time_step, fluid.as_ref());
+    let mut known =
+        Known { name, clock, size: domain.size(), few: are_few(templates, counts.iter().copied()) };
+    let mut plan = RunPlan::new(document, &known)?;
+    let exchange = Exchange {
+        placer: &placer,
+        clock,
+        end_step: plan.end_step,
+        motions: &motions,
+        particles: &particles,
+        gravity,
+        undriven: is_undriven(&domain, fluid.as_ref(), &walls),
     };
-    let plan = RunPlan::new(document, &known)?;
+    let (insertions, removals) = exchange.resolve()?;
+    if !insertions.is_empty() {
+        let later = insertions.iter().flat_map(|insertion| insertion.at_end(plan.end_step, time_step));
+        let counts = counts.into_iter().chain(later);
+        present.extend(
+            insertions.iter().flat_map(|of| of.bodies.fractions.iter().map(|(template, _)| *template)),
+        );
+        known.few = are_few(templates, counts);
+        plan = RunPlan::new(document, &known)?;
+    }
+    let (text, free_volume) = (saved_text(document, &engine), placer.free_volume);
     let (walls, wall_keys): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.key)).unzip();
-    let text = saved_text(document, &engine);
     let mut setup = Setup {
         domain,
         time_step,
@@ -225,8 +246,11 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         frames: kinds.of_each(|_, kind| kind.rotation),
         templates: kinds.templates.into(),
         particles,
+        insertions,
+        removals,
         diameter: kinds.diameter,
         volume_fraction,
+        free_volume,
         requested_volume_fraction,
         walls,
         inlets,
@@ -255,6 +279,17 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         setup.provenance.notes.extend(buoyancy(&setup));
     }
     Ok(setup)
+}
+
+/// True if nothing but the particles moves the fluid.
+fn is_undriven(domain: &Domain, fluid: Option<&FluidSetup>, walls: &[PlacedWall]) -> bool {
+    let rests = |fluid: &FluidSetup| {
+        let flux = fluid.net_flux.into_iter().flatten().any(|flux| flux != 0.0);
+        !flux && fluid.body_acceleration.is_zero() && fluid.start.is_none()
+    };
+    fluid.is_none_or(rests)
+        && domain.faces.iter().all(|face| !face.is_open())
+        && walls.iter().all(|placed| placed.wall.motion.rests())
 }
 
 /// Warns of a volume fraction that whole particles miss by more than [`ROUNDED`].

@@ -145,12 +145,11 @@ impl RunPlan {
 /// Changes the schedule of a case by options that name keys of `[run]` and `[output]` only. Defaults that follow from the length
 /// of the run keep the number of steps that they had, and stand in the text from now on.
 pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> Result<()> {
-    let particles = setup.particles.iter().map(|p| (p.template as usize, 1));
     let known = Known {
         name: &setup.provenance.name,
         clock: Clock::of(setup.time_step, setup.fluid.as_ref()),
         size: setup.domain.size(),
-        few: are_few(&setup.templates, particles),
+        few: are_few(&setup.templates, setup.expected_counts()),
     };
     let resolve = |options: &[String]| -> Result<(RunPlan, String)> {
         let source = Source::new(title(known.name), saved.to_string(), options);

@@ -261,7 +261,7 @@ pub(super) fn refuse_shared_cells(
 
 fn warn_of_what_is_too_thin(document: &Document, kinds: &Kinds, dx: f64, warnings: &mut Vec<String>) {
     let sections = kinds.sections.iter().enumerate();
-    for (index, kind) in sections.filter(|(index, _)| !document.case.particles[*index].is_empty()) {
+    for (index, kind) in sections.filter(|(index, _)| document.case.has_particles(*index)) {
         let templates = kinds.templates[kind.templates()].iter();
         let thinnest =
             templates.map(|template| template.shape.thickness() / dx).fold(f64::INFINITY, f64::min);

@@ -14,7 +14,7 @@
 
 use super::array::HeldBodies;
 use super::scales::Reference;
-use super::{FluidSetup, Setup};
+use super::{FluidSetup, Insertion, Setup};
 use crate::contact::{ContactModel, SpherePair};
 use crate::coupling::Resistance;
 use crate::domain::Face;
@@ -170,7 +170,7 @@ impl Setup {
             return Vec::new();
         }
         let prescribed = (0..self.templates.len()).map(|template| self.prescribed_speed(template));
-        let sheared = if self.particles.len() > 1 { self.shear_rate() * self.diameter } else { 0.0 };
+        let sheared = if self.expected_particles() > 1 { self.shear_rate() * self.diameter } else { 0.0 };
         let of_all = [
             (prescribed.fold(0.0, f64::max), "the prescribed speed", STEPS_PER_CONTACT),
             (self.starting_speed(), "the speed at the start", STEPS_PER_CONTACT),
@@ -213,7 +213,7 @@ impl Setup {
 
     /// Templates, ascending, whose particles forces or torques move.
     pub fn movable(&self) -> Vec<usize> {
-        let mut present: Vec<usize> = self.particles.iter().map(|p| p.template as usize).collect();
+        let mut present: Vec<usize> = self.expected_counts().map(|(template, _)| template).collect();
         present.sort_unstable();
         present.dedup();
         present.retain(|&template| !self.motions[template].is_complete());
@@ -231,7 +231,7 @@ impl Setup {
         self.gravity + self.applied[template][0] / self.templates[template].mass()
     }
 
-    /// Bound (m/s) of the difference of the velocities of surfaces at the start, beside that of the flow.
+    /// Bound (m/s) of the difference of the velocities of surfaces at the start, beside that of the flow, or of inserted particles.
     fn starting_speed(&self) -> f64 {
         let flow = self.fluid.as_ref().and_then(|fluid| fluid.start);
         // Walls are at rest.
@@ -251,7 +251,8 @@ impl Setup {
                 rim = rim.max(spin.norm() * shape.circumradius());
             }
         }
-        low.zip(high).map_or(0.0, |(low, high)| (high - low).norm() + rim)
+        let inserted = self.insertions.iter().map(Insertion::speed).fold(0.0, f64::max);
+        low.zip(high).map_or(0.0, |(low, high)| (high - low).norm() + rim).max(inserted)
     }
 
     /// Speed (m/s) at which walls of a run without a fluid come nearer at most; with one they slide along themselves.

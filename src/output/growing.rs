@@ -1,6 +1,6 @@
 //! Tables that grow on disk by whole rows, and the mark by which a run knows its own again.
 
-use super::series::{COLUMNS, flow_columns, load_columns, wall_columns};
+use super::series::{COLUMNS, flow_columns, load_columns, population_columns, wall_columns};
 use crate::error::{Error, Result};
 use crate::wall::Wall;
 use serde::{Deserialize, Serialize};
@@ -59,11 +59,17 @@ impl Write for Rows {
 }
 
 impl SeriesWriter {
-    /// Creates the `series.csv` of a run with these walls, these sections of prescribed motion and these inlets and outlets, replacing an
-    /// older one, and writes the header.
-    pub fn create(path: &Path, walls: &[Wall], prescribed: &[usize], open: &[&str]) -> Result<Self> {
-        let columns = COLUMNS.iter().cloned().chain(wall_columns(walls));
-        Self::with_columns(path, columns.chain(load_columns(prescribed)).chain(flow_columns(open)))
+    /// Creates the `series.csv` of a run with these walls, these sections of prescribed motion, these inlets and outlets, and these
+    /// sections whose particles come and go, replacing an older one, and writes the header.
+    pub fn create(
+        path: &Path,
+        walls: &[Wall],
+        prescribed: &[usize],
+        open: &[&str],
+        counted: &[usize],
+    ) -> Result<Self> {
+        let columns = COLUMNS.iter().cloned().chain(wall_columns(walls)).chain(load_columns(prescribed));
+        Self::with_columns(path, columns.chain(flow_columns(open)).chain(population_columns(counted)))
     }
 
     /// As [`create`](Self::create), with these columns.
@@ -184,7 +190,7 @@ mod tests {
     fn rows_go_on_where_they_were_and_later_ones_are_cut_off() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let mut series = SeriesWriter::create(&path, &[], &[], &[]).unwrap();
+        let mut series = SeriesWriter::create(&path, &[], &[], &[], &[]).unwrap();
         series.write(&[row(1)]).unwrap();
         let mark = series.mark().unwrap();
         series.write(&[row(7)]).unwrap();
@@ -219,7 +225,7 @@ mod tests {
     fn a_table_that_was_removed_or_replaced_by_a_shorter_one_is_noticed() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let series = SeriesWriter::create(&path, &[], &[], &[]).unwrap();
+        let series = SeriesWriter::create(&path, &[], &[], &[], &[]).unwrap();
         series.intact().unwrap();
         for replaced in [false, true] {
             let _ = std::fs::remove_file(&path);

@@ -36,6 +36,9 @@ pub struct PathsState {
     pub(crate) rows: RowsMark,
     /// Last position of each particle, in the box and on its continuous path (m).
     last: Vec<[[f64; 3]; 2]>,
+    /// Ids of these particles; none in checkpoints of older versions.
+    #[serde(default)]
+    ids: Vec<u64>,
 }
 
 /// Writes `particle_series.csv`, one row for each of the first [`PATHS`] particles at a time.
@@ -45,18 +48,21 @@ pub struct ParticleSeries {
     domain: Domain,
     /// As of [`PathsState`].
     last: Vec<[[f64; 3]; 2]>,
+    ids: Vec<u64>,
 }
 
 impl ParticleSeries {
     /// Creates the file, replacing an older one, and writes the header.
     pub fn create(path: &Path, domain: Domain) -> Result<Self> {
-        Ok(Self { writer: SeriesWriter::with_columns(path, COLUMNS.iter())?, domain, last: Vec::new() })
+        let writer = SeriesWriter::with_columns(path, COLUMNS.iter())?;
+        Ok(Self { writer, domain, last: Vec::new(), ids: Vec::new() })
     }
 
     /// Continues from a [state](Self::state); rows that follow are cut off. Errors:
     /// [`Error::Input`](crate::error::Error::Input) if the file is not there or has become shorter.
     pub fn resume(path: &Path, domain: Domain, state: &PathsState) -> Result<Self> {
-        Ok(Self { writer: SeriesWriter::resume(path, &state.rows)?, domain, last: state.last.clone() })
+        let writer = SeriesWriter::resume(path, &state.rows)?;
+        Ok(Self { writer, domain, last: state.last.clone(), ids: state.ids.clone() })
     }
 
     /// As [`SeriesWriter::intact`].
@@ -66,16 +72,22 @@ impl ParticleSeries {
 
     /// State to [resume](Self::resume) from; the rows so far are safe on disk after this.
     pub fn state(&self) -> Result<PathsState> {
-        Ok(PathsState { rows: self.writer.mark()?, last: self.last.clone() })
+        Ok(PathsState { rows: self.writer.mark()?, last: self.last.clone(), ids: self.ids.clone() })
     }
 
-    /// Appends the first of `particles`, in ascending order of id, those with the lowest ids of all among them. A particle moves
+    /// Appends the first of `particles`, in ascending order of id, those with the lowest ids of all among them; particles may come and go. A particle moves
     /// by less than half of the box between two calls.
     pub fn write(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
         let first = &particles[..particles.len().min(PATHS)];
-        if self.last.len() != first.len() {
-            self.last = first.iter().map(|p| [self.domain.wrap(p.position()).into(); 2]).collect();
+        let ids: Vec<u64> = first.iter().map(|particle| particle.id).collect();
+        // None are known of an older version, whose particles stayed.
+        let same = ids == self.ids || (self.ids.is_empty() && self.last.len() == ids.len());
+        if !same {
+            let last = |id: u64| self.ids.iter().position(|known| *known == id).map(|at| self.last[at]);
+            let begin = |p: &Particle| last(p.id).unwrap_or([self.domain.wrap(p.position()).into(); 2]);
+            self.last = first.iter().map(begin).collect();
         }
+        self.ids = ids;
         let mut rows = Vec::with_capacity(first.len());
         for (particle, [inside, path]) in first.iter().zip(&mut self.last) {
             let now = self.domain.wrap(particle.position());

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 /// Quantities of `series.csv`, in the order of [`SeriesRow`]'s fields: names, units and definitions of their columns. Those of walls
-/// ([`wall_columns`]), of bodies with prescribed motion ([`load_columns`]) and of inlets and outlets ([`flow_columns`]) follow. Here `v` is the velocity of a particle, `m` its mass,
+/// ([`wall_columns`]), of bodies with prescribed motion ([`load_columns`]), of inlets and outlets ([`flow_columns`]) and of particles that come and go ([`population_columns`]) follow. Here `v` is the velocity of a particle, `m` its mass,
 /// `V_p` its volume, `V` the volume of the box that is in no wall (without a fluid of the whole box), `u` the velocity of the fluid, `rho` its
 /// density, and `<>` a mean.
 ///
@@ -60,6 +60,10 @@ drag: `hydrodynamic_force` without the hydrostatic part, the buoyancy `-sum rho 
     the mean pressure gradient, `sum rho V_p a`.
 mass_flow: Fluid that came in through an inlet or outlet in the last step, over the time step; negative where it left. The sum over all of \
     them is the change of the mass of the fluid.
+inserted: Particles of a section that have come since the start of the run.
+removed: Particles of a section that have gone since the start of the run.
+inserted_mass: Mass of the particles of a section that have come.
+removed_mass: Mass of the particles of a section that have gone.
 ";
 
 /// Header of `series.csv`: name and unit of every column but those of walls and bodies.
@@ -101,10 +105,14 @@ pub const WALL_COLUMNS: [(&str, &str); 5] = [
 /// Those of a plane come first; a pipe or rod has all but the last one of them.
 pub const PLANE_COLUMNS: usize = 3;
 
-/// True of the names of the columns of walls, of inlets and outlets, and of bodies with prescribed motion.
+/// True of the names of the columns of walls, of inlets and outlets, of bodies with prescribed motion, and of particles that come and go.
 pub fn is_of_a_body(name: &str) -> bool {
-    let rest =
-        WALL_COLUMNS.iter().chain(&LOADS).chain([&MASS_FLOW]).find_map(|(what, _)| name.strip_prefix(what));
+    let rest = WALL_COLUMNS
+        .iter()
+        .chain(&LOADS)
+        .chain([&MASS_FLOW])
+        .chain(&POPULATION)
+        .find_map(|(what, _)| name.strip_prefix(what));
     rest.is_some_and(|rest| rest.starts_with('_'))
 }
 
@@ -138,6 +146,17 @@ pub const MASS_FLOW: (&str, &str) = ("mass_flow", "kg/s");
 pub fn flow_columns(open: &[&str]) -> impl Iterator<Item = String> {
     let (what, unit) = MASS_FLOW;
     open.iter().map(move |name| format!("{what}_{name} ({unit})"))
+}
+
+/// Numbers of particles of a section that have come and gone, beginnings of the names of their columns, and their units.
+pub const POPULATION: [(&str, &str); 4] =
+    [("inserted", "-"), ("removed", "-"), ("inserted_mass", "kg"), ("removed_mass", "kg")];
+
+/// Header of the columns of the `[[particles]]` sections, given by their indices, whose particles come and go.
+pub fn population_columns(sections: &[usize]) -> impl Iterator<Item = String> {
+    sections.iter().flat_map(|section| {
+        POPULATION.iter().map(move |(what, unit)| format!("{what}_particles.{section} ({unit})"))
+    })
 }
 
 /// Index of the drag among [`LOADS`].
@@ -205,6 +224,8 @@ pub struct SeriesRow {
     pub prescribed: Vec<f64>,
     /// Values of the columns that [`flow_columns`] names.
     pub mass_flows: Vec<f64>,
+    /// Values of the columns that [`population_columns`] names.
+    pub population: Vec<f64>,
 }
 
 /// A group of columns: its numbers, or empty cells.
@@ -315,7 +336,8 @@ mod tests {
     fn every_column_has_one_definition_and_every_definition_a_column() {
         // Walls and bodies share one.
         let loads = LOADS[..2].iter().chain(&LOADS[4..]);
-        let of_bodies = WALL_COLUMNS.iter().chain(loads).chain([&MASS_FLOW]).map(|(name, _)| *name);
+        let of_bodies =
+            WALL_COLUMNS.iter().chain(loads).chain([&MASS_FLOW]).chain(&POPULATION).map(|(name, _)| *name);
         let names = COLUMNS.iter().map(|head| head.split(" (").next().unwrap()).chain(of_bodies);
         let quantity = |name: &'static str| match name.rsplit_once('_') {
             Some((vector, "x" | "y" | "z" | "xx" | "yy" | "zz" | "xy" | "xz" | "yz")) => vector,
@@ -330,7 +352,7 @@ mod tests {
     fn each_row_is_on_disk_at_once_and_stands_under_its_header() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("series.csv");
-        let mut series = SeriesWriter::create(&path, &[], &[], &[]).unwrap();
+        let mut series = SeriesWriter::create(&path, &[], &[], &[], &[]).unwrap();
         for step in 1..4 {
             let row = SeriesRow {
                 step,
@@ -367,13 +389,14 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_reported_by_the_row_that_does_not_fit() {
-        let error = SeriesWriter::create(Path::new("/dev/full"), &[], &[], &[]).unwrap_err();
+        let error = SeriesWriter::create(Path::new("/dev/full"), &[], &[], &[], &[]).unwrap_err();
         assert!(error.to_string().contains("/dev/full"), "{error}");
     }
 
     #[test]
     fn a_directory_that_does_not_exist_is_named() {
-        let error = SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[], &[], &[]).unwrap_err();
+        let error =
+            SeriesWriter::create(Path::new("/nowhere/at/all/series.csv"), &[], &[], &[], &[]).unwrap_err();
         assert!(error.to_string().contains("/nowhere/at/all/series.csv"));
     }
 
@@ -398,7 +421,7 @@ mod tests {
         let place = tempfile::tempdir().unwrap();
         let path = place.path().join("series.csv");
         let row = SeriesRow { max_mach: 0.25, ..SeriesRow::default() };
-        SeriesWriter::create(&path, &[], &[], &[]).unwrap().write(&[row]).unwrap();
+        SeriesWriter::create(&path, &[], &[], &[], &[]).unwrap().write(&[row]).unwrap();
         assert!(
             std::fs::read_to_string(&path).unwrap().ends_with(",,,,0.0,0.25,,,,,,,0.0,0.0,0.0,0.0,0.0,0.0\n")
         );

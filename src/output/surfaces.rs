@@ -54,7 +54,8 @@ pub fn write_motion(
     particles: &[Particle],
 ) -> Result<()> {
     let sections: Vec<usize> = (0..templates.len()).collect();
-    let surfaces = ParticleSurfaces::new(templates, &sections, particles);
+    let one_each = particles.iter().map(|p| (p.template as usize, 1));
+    let surfaces = ParticleSurfaces::new(templates, &sections, one_each);
     surfaces.data(domain, particles, false).write(path)
 }
 
@@ -72,11 +73,14 @@ pub struct ParticleSurfaces {
 }
 
 impl ParticleSurfaces {
-    /// As fine as their number allows: `all` are the particles of all ranks, `sections` the sections of the case that the
-    /// templates are of.
-    pub fn new(templates: &[Template], sections: &[usize], all: &[Particle]) -> Self {
-        let one_each = all.iter().map(|p| (p.template as usize, 1));
-        let refinement = if are_few(templates, one_each) { FINE } else { FINE - 1 };
+    /// As fine as their number allows: `counts` are numbers of particles of all ranks by template, `sections` the sections of the case
+    /// that the templates are of.
+    pub fn new(
+        templates: &[Template],
+        sections: &[usize],
+        counts: impl IntoIterator<Item = (usize, usize)>,
+    ) -> Self {
+        let refinement = if are_few(templates, counts) { FINE } else { FINE - 1 };
         let meshes: Vec<SurfaceMesh> = (templates.iter()).map(|t| t.shape.surface_mesh(refinement)).collect();
         let with_shapes = || templates.iter().zip(&meshes);
         let smooth = with_shapes().all(|(t, mesh)| is_smooth(&*t.shape, mesh));
@@ -165,7 +169,8 @@ mod tests {
         particles: &[Particle],
     ) -> Result<()> {
         let sections: Vec<usize> = (0..templates.len()).collect();
-        ParticleSurfaces::new(templates, &sections, particles).data(domain, particles, true).write(path)
+        let one_each = particles.iter().map(|p| (p.template as usize, 1));
+        ParticleSurfaces::new(templates, &sections, one_each).data(domain, particles, true).write(path)
     }
 
     #[test]

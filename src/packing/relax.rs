@@ -93,7 +93,12 @@ impl Pose {
 /// Orientations that are all equally likely, the same for the same seed on any machine.
 pub fn random_orientations(count: usize, seed: u64) -> Vec<Quat> {
     let mut random = Uniform(ChaCha8Rng::seed_from_u64(seed ^ ORIENTATIONS));
-    let mut draw = || loop {
+    (0..count).map(|_| random_orientation(&mut random)).collect()
+}
+
+/// One of them.
+pub(super) fn random_orientation(random: &mut Uniform) -> Quat {
+    loop {
         let [w, i, j, k] = std::array::from_fn(|_| 2.0 * random.next() - 1.0);
         let square: f64 = w * w + i * i + j * j + k * k;
         // Points of a ball have no preferred direction; those of its cube do.
@@ -101,8 +106,7 @@ pub fn random_orientations(count: usize, seed: u64) -> Vec<Quat> {
             let scale = 1.0 / square.sqrt();
             return Quat::new_unchecked(Quaternion::new(w * scale, i * scale, j * scale, k * scale));
         }
-    };
-    (0..count).map(|_| draw()).collect()
+    }
 }
 
 /// Moves all bodies but the first `fixed` ones until no two overlap and none overlaps a wall.

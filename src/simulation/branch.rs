@@ -33,6 +33,8 @@ pub struct Branch {
     keeps_contacts: bool,
     /// The state that the bodies have left in the fluid is that of this coupling.
     keeps_coupling: bool,
+    /// Particles that come do so as in the origin.
+    keeps_insertion: bool,
 }
 
 impl Branch {
@@ -77,7 +79,15 @@ impl Branch {
         };
         let keeps_coupling =
             then["fluid"]["coupling"] == now["fluid"]["coupling"] && light(&before) == light(&setup);
-        let mut branch = Self { setup, origin: origin.to_path_buf(), before, keeps_contacts, keeps_coupling };
+        let keeps_insertion = same("insertion");
+        let mut branch = Self {
+            setup,
+            origin: origin.to_path_buf(),
+            before,
+            keeps_contacts,
+            keeps_coupling,
+            keeps_insertion,
+        };
         let note = branch.note(changes);
         branch.setup.provenance.warnings.push(note);
         Ok(branch)
@@ -93,6 +103,7 @@ impl Branch {
         let dropped = [
             (self.keeps_contacts, "the history of the contacts"),
             (self.keeps_coupling, "what the coupling remembers of the last step"),
+            (self.keeps_insertion, "the numbers of particles that insertions were to bring"),
         ];
         let dropped: Vec<&str> = dropped.iter().filter(|(keeps, _)| !keeps).map(|(_, what)| *what).collect();
         let dropped = match &dropped[..] {
@@ -124,10 +135,14 @@ impl Branch {
             },
         )?;
         // Placed at random they are known by their number alone.
-        let (then, now) = (simulation.counts(), &simulation.counts.start[..]);
+        let (then, now) = (simulation.counts(), &simulation.record.counts(&simulation.counts.start)[..]);
         if then != now {
             let what = format!("the particles of each kind were {then:?} and would be {now:?}");
             return Err(Error::Agreed { code: 2, text: cannot_continue(&what).to_string() });
+        }
+        if !self.keeps_insertion {
+            let Simulation { record, plan, step, .. } = simulation;
+            record.restart(plan, *step);
         }
         simulation.begin_anew();
         let origin = format!("{} at step {}", shared.run.as_deref().unwrap_or("?"), simulation.step);

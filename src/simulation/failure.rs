@@ -1,6 +1,6 @@
 //! A failure of one rank, as the others get it.
 
-use crate::case::{Impact, Setup};
+use crate::case::{Impact, Insertion, Setup};
 use crate::error::Error;
 use crate::math::Vec3;
 use serde::{Deserialize, Serialize};
@@ -33,6 +33,10 @@ pub(super) fn hint(setup: &Setup) -> String {
         drives.push("moving walls".to_string());
     }
     let started = setup.particles.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
+    let inserted = setup.insertions.iter().map(Insertion::speed).fold(0.0, f64::max);
+    if inserted > 0.0 {
+        drives.push(format!("insertion at up to {inserted:.3e} m/s{}", lattice("", inserted)));
+    }
     if started > 0.0 {
         drives.push(format!("start velocities up to {started:.3e} m/s{}", lattice("", started)));
     }

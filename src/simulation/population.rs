@@ -111,6 +111,9 @@ impl Simulation {
         if let Some(FluidSystem { fluid, coupling, .. }) = &mut self.system {
             coupling.begin_inserted(fluid, self.dem.particles(), population::ids(&all), &self.comm);
         }
+        for particle in &all {
+            self.record.inserted[particle.template as usize] += 1;
+        }
         self.recount();
         Ok(mine)
     }
@@ -130,7 +133,11 @@ impl Simulation {
         if let Some(FluidSystem { coupling, .. }) = &mut self.system {
             coupling.remove(&ids);
         }
+        let before = self.counts.now.clone();
         self.recount();
+        for ((gone, before), now) in self.record.removed.iter_mut().zip(before).zip(&self.counts.now) {
+            *gone += before - now;
+        }
         Ok(())
     }
 }

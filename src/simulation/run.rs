@@ -408,6 +408,9 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         }
     };
     simulation.check()?;
+    if let Some(text) = simulation.insertion_is_behind() {
+        observer.warn(&text);
+    }
     observer.observe(&mut simulation, true)?;
     observer.finish(&mut simulation, !ended)
 }

@@ -1,6 +1,7 @@
 //! The state between two steps: saved in a checkpoint with what the owner of the run adds, and restored on any number of ranks.
 
 use super::checkpointer::of_another_run;
+use super::insertion::Record;
 use super::{FluidSystem, Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
@@ -10,8 +11,8 @@ use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::math::FIXED_POINT_LIMIT;
 use crate::units::Units;
-use serde::Serialize;
 use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// One rank's part of the state, but for the populations.
@@ -32,6 +33,10 @@ pub(super) type States = [Vec<Vec<u8>>; 2];
 
 /// The last measurement of the flow, and the accelerations that the controller of the net flux has added.
 type SavedDriving = (MeanFlow, ControlRecord);
+
+/// Data that are the same on every rank: of the driving, of the owner of the run, and of particles that come and go, if some do.
+#[derive(Serialize, Deserialize)]
+struct Common<T>(SavedDriving, T, #[serde(default, skip_serializing_if = "Option::is_none")] Option<Record>);
 
 impl Simulation {
     /// Bytes of a saved cell; none without a fluid.
@@ -65,7 +70,7 @@ impl Simulation {
     fn restore(
         &mut self,
         step: u64,
-        (mean, control): SavedDriving,
+        ((mean, control), record): (SavedDriving, Option<Record>),
         engines: &[Vec<u8>],
         couplings: &[Vec<u8>],
         planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
@@ -88,6 +93,10 @@ impl Simulation {
             outcome = outcome.and(read).and(known).and(measured);
         }
         self.recount();
+        self.record = Record::new(self.templates.len(), &self.plan, 0);
+        if let Some(record) = record {
+            outcome = outcome.and(self.record.restore(record, &self.plan, step));
+        }
         self.step = step;
         (self.failure, self.agreed, self.before) = (None, None, None);
         outcome
@@ -114,7 +123,9 @@ impl Simulation {
     ) -> Result<()> {
         self.check()?;
         let state = checkpoint::agreed(&self.comm, self.save())?;
-        let json = |own| serde_json::to_vec(&(state.driving, own)).expect("plain data is always JSON");
+        let record = self.record.tells().then(|| self.record.clone());
+        let json =
+            |own| serde_json::to_vec(&Common(state.driving, own, record)).expect("plain data is always JSON");
         let shared = own(&self.comm)?.map_or_else(Vec::new, json);
         let head = Head {
             step: self.step,
@@ -152,19 +163,18 @@ impl Simulation {
             let head = saved.head();
             let same = (head.cells, head.bytes_per_cell) == (setup.domain.cells, self.saved_bytes());
             let checked = if same { is_of_case(saved) } else { Err(of_another_case(saved)) };
-            let shared = checked.and_then(|()| shared_data(saved)).and_then(|shared: (SavedDriving, T)| {
-                match comm.rank() {
+            let shared =
+                checked.and_then(|()| shared_data(saved)).and_then(|shared: Common<T>| match comm.rank() {
                     0 => fits(&shared.1).map_err(|error| of_another_run(saved, &error)).map(|()| shared),
                     _ => Ok(shared),
-                }
-            });
+                });
             let read = shared.and_then(|shared| {
                 let mut states = saved.states()?;
                 adapt(head.step, &mut states)?;
                 Ok((shared, states))
             });
-            let ((driving, own), [engines, couplings]) = checkpoint::agreed(&comm, read)?;
-            self.restore(head.step, driving, &engines, &couplings, |block, visit| {
+            let (Common(driving, own, record), [engines, couplings]) = checkpoint::agreed(&comm, read)?;
+            self.restore(head.step, (driving, record), &engines, &couplings, |block, visit| {
                 saved.planes(block, visit)
             })?;
             Ok(own)
@@ -224,7 +234,7 @@ pub(super) fn own_data<T: DeserializeOwned>(saved: &Checkpoint) -> Result<T> {
     Ok(shared_data(saved)?.1)
 }
 
-fn shared_data<T: DeserializeOwned>(saved: &Checkpoint) -> Result<(SavedDriving, T)> {
+fn shared_data<T: DeserializeOwned>(saved: &Checkpoint) -> Result<Common<T>> {
     serde_json::from_slice(saved.shared())
         .map_err(|error| Error::Input(format!("checkpoint {}: {error}", saved.name())))
 }

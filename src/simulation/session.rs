@@ -54,7 +54,7 @@ impl Session {
     /// ([`Builder::threads`](crate::Builder::threads)).
     ///
     /// # Errors
-    /// As [`Simulation::new`] and [`Simulation::on_ranks`].
+    /// As [`Simulation::new`] and [`Simulation::on_ranks`]; [`Error::Input`] for a case in which particles come and go.
     pub fn new(setup: Setup) -> Result<Self> {
         Self::with(setup, Simulation::new)
     }
@@ -65,6 +65,11 @@ impl Session {
     }
 
     fn with(setup: Setup, new: fn(&Setup, &Decomposition, Comm) -> Result<Simulation>) -> Result<Self> {
+        if setup.changes_population() {
+            let what = "particles of `insertion` and `removal` come and go, but those of a session, in C or Python, are always the same: \
+                        run the case with turbid, or with `Simulation` of the Rust library";
+            return Err(Error::Input(what.to_string()));
+        }
         let cut = Arc::new(decompose(&setup)?);
         let setup = Arc::new(setup);
         let (ranks, jobs): (Vec<_>, Vec<_>) = (0..cut.ranks()).map(|_| channel()).unzip();

@@ -340,7 +340,7 @@ pub fn file_estimates(setup: &Setup) -> Vec<FileEstimate> {
     let checkpoints = FileEstimate {
         name: "checkpoints",
         count: CHECKPOINTS,
-        bytes: populations + SAVED_PARTICLE * setup.particles.len() as f64,
+        bytes: populations + SAVED_PARTICLE * setup.expected_particles() as f64,
         remark: ", the last two and a new one",
         seconds: 0.0,
     };

@@ -62,7 +62,11 @@ impl ParticleFiles {
         let frames = vec![Quat::identity(); templates.len()];
         Self {
             points: ParticlePoints::new(templates, &sections, &frames),
-            surfaces: ParticleSurfaces::new(templates, &sections, particles),
+            surfaces: ParticleSurfaces::new(
+                templates,
+                &sections,
+                particles.iter().map(|p| (p.template as usize, 1)),
+            ),
             collections: [files.collection(directory::PARTICLES), files.collection(directory::SURFACES)]
                 .map(Collection::new),
         }
@@ -122,7 +126,7 @@ fn write_run(root: &Path) {
         [Template { shape: Arc::new(Sphere { radius: 0.5 * DIAMETER }), material: 0, density: 3250.0 }];
     directory::create(root).unwrap();
     let files = OutputFiles::new(root);
-    let mut series = SeriesWriter::create(&files.series(), &[], &[], &[]).unwrap();
+    let mut series = SeriesWriter::create(&files.series(), &[], &[], &[], &[]).unwrap();
     let mut all_fields = Collection::new(files.collection(directory::FIELDS));
     let mut particle_files = ParticleFiles::new(&files, &templates, &particles(0));
     for frame in 0..FRAMES {

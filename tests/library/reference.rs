@@ -202,6 +202,8 @@ fn the_page_on_case_files_has_every_key_of_the_schema() {
         "lattice",
         "dry",
         "particles",
+        "insertion",
+        "removal",
         "materials",
         "contact",
         "dem",
@@ -275,6 +277,10 @@ fn the_page_on_tables_has_every_column() {
     out.push_str("\nThen, for each inlet and outlet by its face `FACE` (`x-` to `z+`):\n\n");
     let flows: Vec<String> = series::flow_columns(&["FACE"]).collect();
     columns(&mut out, &flows, &series::DEFINITIONS);
+    out.push_str("\nThen, if particles come or go, for each section `[[particles]]` of free ones:\n\n");
+    let population: Vec<String> =
+        series::POPULATION.iter().map(|(what, unit)| format!("{what}_particles.N ({unit})")).collect();
+    columns(&mut out, &population, &series::DEFINITIONS);
     let _ = write!(
         out,
         "\n## particle_series.csv\n\nOne row for each of the first {} particles at each time.\n\n",

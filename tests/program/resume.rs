@@ -7,6 +7,7 @@ mod signals;
 use crate::common::{Place, case, files_below, in_tree};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use turbid::output::series::SeriesTable;
 
 /// Thirty spheres for 80 steps, with all kinds of files.
 fn crowd() -> String {
@@ -212,6 +213,59 @@ picture_every = "never"
 fields_every = "never"
 "#;
 
+/// Spheres and cubes that come into a suspension at its top, of which few are there at the start, and go at its bottom.
+const COMING: &str = r#"
+[domain]
+size = [2e-3, 2e-3, 4e-3]
+periodic = [true, true, false]
+
+[fluid]
+density = 1000.0
+viscosity = 2e-6
+
+[lattice]
+cells_per_diameter = 5
+relaxation_time = 0.6
+
+[[particles]]
+shape = { sphere = { diameter = 5e-4 } }
+density = 3000.0
+count = 5
+sizes = { uniform = [0.8, 1.2], steps = 3 }
+
+[[particles]]
+shape = { cube = { edge = 4e-4 } }
+density = 2000.0
+count = 0
+
+[[insertion]]
+region = { lower = [0, 0, 3.0e-3], upper = [2e-3, 2e-3, 3.6e-3] }
+particle_rate = 400
+velocity = [0, 0, -2e-2]
+velocity_spread = [5e-3, 5e-3, 0]
+
+[[insertion]]
+kind = 1
+region = { lower = [0, 0, 1.6e-3], upper = [2e-3, 2e-3, 2.2e-3] }
+volume_fraction = 0.1
+every = { steps = 30 }
+
+[[removal]]
+plane = { point = [0, 0, 1.2e-3], normal = [0, 0, 1] }
+
+[run]
+end = { steps = 160 }
+average_from = { steps = 0 }
+
+[output]
+directory = "out"
+series_every = { steps = 4 }
+particles_every = { steps = 16 }
+picture_every = { steps = 80 }
+pictures = [{ view = {} }]
+fields_every = "never"
+"#;
+
 /// A fluid between plates, which an acceleration drives until it is steady.
 const SETTLING_DOWN: &str = r#"
 [domain]
@@ -378,6 +432,20 @@ fn prescribed_bodies_resume_to_the_bit_within_a_period_on_other_threads() {
 #[test]
 fn a_suspension_that_is_driven_over_time_resumes_to_the_bit_on_other_threads() {
     in_two_halves(&Place::new(SHAKEN), 160, &[], &[]);
+}
+
+#[test]
+fn a_run_in_which_particles_come_and_go_resumes_to_the_bit_in_the_middle_of_an_insertion_on_other_threads() {
+    let place = Place::new(COMING);
+    in_two_halves(&place, 160, &[], &[]);
+    let series = SeriesTable::read(&place.path("whole/series.csv")).unwrap();
+    let last = |name: &str| *series.get(name).unwrap().last().unwrap();
+    let [come, gone] = ["inserted", "removed"]
+        .map(|what| [0, 1].map(|kind| last(&format!("{what}_particles.{kind}")) as u64).iter().sum::<u64>());
+    assert!(come > 10 && gone > 1, "{come} {gone}");
+    assert_eq!(place.summary("whole")["particles"].as_u64(), Some(5 + come - gone));
+    let mass = 2000.0 * 6.4e-11 * last("inserted_particles.1");
+    assert!((last("inserted_mass_particles.1") / mass - 1.0).abs() < 1e-9);
 }
 
 #[test]

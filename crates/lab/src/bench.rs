@@ -84,6 +84,7 @@ fn without_particles(setup: &Setup) -> Setup {
     let mut setup = setup.clone();
     setup.contact = None;
     setup.particles.clear();
+    setup.insertions.clear();
     setup.engine = EngineChoice::Native;
     // Something must move, without getting fast in any number of steps that a benchmark takes.
     let units = setup.units();

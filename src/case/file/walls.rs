@@ -116,7 +116,7 @@ pub enum WallShape {
 pub struct PlaneSection {
     /// A point of the plane (m).
     pub point: [f64; 3],
-    /// Normal from the wall into the free space, of any length.
+    /// Normal into the free space, of any length.
     pub normal: [f64; 3],
 }
 

@@ -13,7 +13,7 @@ use crate::particle::Particle;
 use crate::wall::Surface;
 
 /// Default gaps in units of those at which surfaces that are grown for contacts just touch.
-const CLEAR: f64 = 1.001;
+pub(in crate::case) const CLEAR: f64 = 1.001;
 
 impl Placer<'_> {
     /// Number of random particles of a kind, refused if there is no room for them.

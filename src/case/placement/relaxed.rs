@@ -116,7 +116,7 @@ impl Placer<'_> {
     }
 }
 
-pub(super) fn pose(particle: &Particle) -> Pose {
+pub(in crate::case) fn pose(particle: &Particle) -> Pose {
     Pose {
         contour: particle.template as usize,
         position: particle.position(),

@@ -130,7 +130,24 @@ pub(super) fn row(
         mass_flows: (setup.open_faces().iter())
             .map(|&n| if simulation.step > 0 { mass_flows[n] } else { 0.0 })
             .collect(),
+        population: population(setup, simulation),
     })
+}
+
+/// Numbers and masses (kg) of the particles of each counted section that have come and gone, in the order of
+/// [`POPULATION`](crate::output::series::POPULATION).
+fn population(setup: &Setup, simulation: &Simulation) -> Vec<f64> {
+    let changes = simulation.come_and_gone();
+    let of = |section: usize| {
+        let own = |counts: &[i64], each: &dyn Fn(usize) -> f64| -> f64 {
+            let own = (0..counts.len()).filter(|template| setup.sections[*template] == section);
+            own.map(|template| counts[template] as f64 * each(template)).fold(0.0, |sum, part| sum + part)
+        };
+        let one = |_| 1.0;
+        let mass = |template: usize| setup.templates[template].mass();
+        [own(changes[0], &one), own(changes[1], &one), own(changes[0], &mass), own(changes[1], &mass)]
+    };
+    setup.counted_sections().into_iter().flat_map(of).collect()
 }
 
 /// Stress along a wall under a force (Pa), if it is a plane.

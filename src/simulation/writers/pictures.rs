@@ -2,7 +2,7 @@
 
 use super::vtk::parsed;
 use super::{FileEstimate, Need, RootOutput, Writer, WriterState, slice_planes, threads_and_cores};
-use crate::case::{BodyColour, PicturePlan, Quantity, Setup, SlicePlan, ViewPlan};
+use crate::case::{BodyColour, Insertion, PicturePlan, Quantity, Setup, SlicePlan, ViewPlan};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::Numbered;
@@ -48,7 +48,7 @@ impl<'a> Pictures<'a> {
     fn seconds(&self, plan: &PicturePlan) -> f64 {
         plan.view.as_ref().map_or(SLICE, |view| {
             let pixels = f64::from(view.size[0]) * f64::from(view.size[1]);
-            let one_thread = PIXEL * pixels + BODY * self.setup.particles.len() as f64;
+            let one_thread = PIXEL * pixels + BODY * self.setup.expected_particles() as f64;
             let [threads, cores] = threads_and_cores(self.setup);
             one_thread / threads.min(cores) as f64
         })
@@ -263,12 +263,14 @@ impl Measure {
 fn weight(setup: &Setup) -> f64 {
     let (gravity, size) = (setup.gravity, setup.domain.size());
     let down = gravity.iamax();
-    let weight = |p: &Particle| {
-        let template = &setup.templates[p.template as usize];
-        (template.density - setup.fluid_density()).abs() * template.shape.volume() * gravity.norm()
+    let weight = |(template, count): (usize, usize)| {
+        let template = &setup.templates[template];
+        let each =
+            (template.density - setup.fluid_density()).abs() * template.shape.volume() * gravity.norm();
+        count as f64 * each
     };
     let floor = size.product() / size[down];
-    setup.particles.iter().map(weight).sum::<f64>() * setup.diameter * setup.diameter / floor
+    setup.expected_counts().map(weight).sum::<f64>() * setup.diameter * setup.diameter / floor
 }
 
 /// The largest speed that is expected in a run (m/s): of one particle that settles, of walls, of particles at the start or prescribed, of a
@@ -293,7 +295,12 @@ fn expected(setup: &Setup) -> f64 {
         let drop: f64 = (setup.gravity.iter().zip(&size)).map(|(g, length)| g.abs() * length).sum();
         (0.0, (2.0 * drop).sqrt())
     };
-    walls.chain(particles).chain([settling, driven]).filter(|speed| speed.is_finite()).fold(0.0, f64::max)
+    walls
+        .chain(particles)
+        .chain(setup.insertions.iter().map(Insertion::speed))
+        .chain([settling, driven])
+        .filter(|speed| speed.is_finite())
+        .fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -87,7 +87,7 @@ impl<'a> Series<'a> {
         Self {
             setup,
             files: files_of(setup),
-            last_path: last_path(&setup.particles),
+            last_path: last_path(setup),
             open: None,
             samples: Samples::default(),
             plates: Plates::of(setup),
@@ -119,7 +119,7 @@ impl<'a> Series<'a> {
     /// More than one particle moves freely.
     fn is_suspension(&self) -> bool {
         let free = |particle: &&Particle| !self.setup.motions[particle.template as usize].holds_centre();
-        self.setup.particles.iter().filter(free).nth(1).is_some()
+        !self.setup.insertions.is_empty() || self.setup.particles.iter().filter(free).nth(1).is_some()
     }
 }
 
@@ -182,6 +182,7 @@ impl Writer for Series<'_> {
                     &self.setup.walls,
                     &self.setup.prescribed_sections(),
                     &open,
+                    &self.setup.counted_sections(),
                 )?,
                 ParticleSeries::create(&self.files.particle_series(), self.setup.domain)?,
             )),
@@ -281,7 +282,7 @@ impl Writer for Series<'_> {
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
-        let paths = self.setup.particles.len().min(PATHS);
+        let paths = self.setup.expected_particles().min(PATHS);
         let numbers = series::COLUMNS.len() + paths * particle_series::COLUMNS.len();
         let rows = FileEstimate::of(self, end_step, "tables", NUMBER * numbers as f64, "");
         let [threads, cores] = threads_and_cores(self.setup);
@@ -303,12 +304,16 @@ impl Samples {
     }
 }
 
-/// The largest of the lowest ids, as many as there are paths.
-fn last_path(particles: &[Particle]) -> Option<u64> {
-    let mut ids: Vec<u64> = particles.iter().map(|particle| particle.id).collect();
+/// The largest of the lowest ids, as many as there are paths, those of inserted particles among them.
+fn last_path(setup: &Setup) -> Option<u64> {
+    let mut ids: Vec<u64> = setup.particles.iter().map(|particle| particle.id).collect();
     let count = ids.len().min(PATHS);
-    ids.select_nth_unstable(count.checked_sub(1)?);
-    ids.get(count - 1).copied()
+    let last = count.checked_sub(1).map(|last| *ids.select_nth_unstable(last).1);
+    if setup.insertions.is_empty() || count == PATHS {
+        return last;
+    }
+    // They get the next ids.
+    Some(last.map_or(0, |last| last + 1) + (PATHS - count) as u64 - 1)
 }
 
 /// Difference of the means of the second and the first half of a series, over its mean; `None` for too few values.

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 pub(super) fn writers(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let plan = &setup.plan.output;
     let points = ParticlePoints::new(&setup.templates, &setup.sections, &setup.frames);
-    let surfaces = ParticleSurfaces::new(&setup.templates, &setup.sections, &setup.particles);
+    let surfaces = ParticleSurfaces::new(&setup.templates, &setup.sections, setup.expected_counts());
     let mut writers: Vec<Box<dyn Writer + '_>> = Vec::new();
     for (files, every, format) in [
         (FIELDS, plan.fields_every, Format::Fields),
@@ -130,7 +130,7 @@ impl Writer for Vtk<'_> {
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
-        let particles = self.setup.particles.len() as f64;
+        let particles = self.setup.expected_particles() as f64;
         let (name, bytes, remark) = match self.format {
             Format::Fields => {
                 let bytes = (size_of::<[f32; 5]>() * self.setup.fluid_cells()) as f64;
@@ -138,8 +138,7 @@ impl Writer for Vtk<'_> {
             }
             Format::Points(_) => ("particle output", 360.0 * particles, ""),
             Format::Surfaces(_) => {
-                let one_each = self.setup.particles.iter().map(|p| (p.template as usize, 1));
-                let triangles = estimated_triangles(&self.setup.templates, one_each);
+                let triangles = estimated_triangles(&self.setup.templates, self.setup.expected_counts());
                 // 35 bytes of a triangle with its part of the points.
                 ("surface output", 35.0 * triangles as f64, "")
             }

@@ -385,7 +385,7 @@ mod tests {
         let live = Live::default();
         lock(&live.drawn).last = Some((Instant::now(), Duration::from_secs(3600)));
         let series = OutputFiles::new(place.path()).series();
-        drop(turbid::output::SeriesWriter::create(&series, &[], &[], &[]).unwrap());
+        drop(turbid::output::SeriesWriter::create(&series, &[], &[], &[], &[]).unwrap());
         assert_eq!(live.draw(place.path(), "case", false).0, 0);
         assert_eq!(live.draw(place.path(), "case", true).0, fs::metadata(&series).unwrap().len());
     }

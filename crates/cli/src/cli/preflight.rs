@@ -20,7 +20,10 @@ use turbid::simulation::{bytes_per_cell, decompose, seconds_of_files, time_estim
 /// Memory (bytes) for the cells and for the particles of a run.
 fn memory_parts(setup: &Setup) -> [f64; 2] {
     let cells = setup.fluid_cells();
-    [cells as f64 * bytes_per_cell(setup.plan.precision), setup.particles.len() as f64 * memory::PER_PARTICLE]
+    [
+        cells as f64 * bytes_per_cell(setup.plan.precision),
+        setup.expected_particles() as f64 * memory::PER_PARTICLE,
+    ]
 }
 
 /// The tightest limit on the memory of all processes of a run together.
@@ -71,7 +74,7 @@ fn refuse_above(setup: &Setup, room: &Room) -> Result<()> {
     };
     Err(Error::Input(format!(
         "{box_of}{} particles needs about {}, but {}; {remedy}",
-        setup.particles.len(),
+        setup.expected_particles(),
         in_bytes(needed),
         room.limit
     )))
@@ -107,6 +110,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         String::new()
     };
     rows.push(row("volume fraction", format!("{actual:.5}"), remark));
+    rows.extend(bodies::change_rows(setup));
     rows.extend(bodies::shape_rows(setup));
     rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
     rows.extend(setup.fluid.iter().flat_map(|fluid| errors::rows(setup, fluid)));

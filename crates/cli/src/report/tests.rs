@@ -10,7 +10,7 @@ use turbid_plot::{Chart, Panel, Point, Series, Style};
 /// The table of a run that accelerates.
 fn write_series(directory: &Path) {
     fs::create_dir_all(directory).unwrap();
-    let mut series = SeriesWriter::create(&directory.join("series.csv"), &[], &[], &[]).unwrap();
+    let mut series = SeriesWriter::create(&directory.join("series.csv"), &[], &[], &[], &[]).unwrap();
     for step in 0..50 {
         let t_star = 0.1 * step as f64;
         let row = SeriesRow {

@@ -30,7 +30,7 @@ const LARGEST: Limit = (
 /// text says where the engines part, and reasons that are known beforehand.
 ///
 /// # Errors
-/// [`Error::Input`] if the case has other bodies than free spheres, or lubrication, or is too long to record; those of the set-up of the other engine, and of
+/// [`Error::Input`] if the case has other bodies than free spheres, particles that come or go, or lubrication, or is too long to record; those of the set-up of the other engine, and of
 /// the run that records loads. An engine that fails on the way is a check that fails.
 pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findings, String)> {
     if let Some(other) = setup.templates.iter().find(|template| template.shape.as_sphere().is_none()) {
@@ -44,6 +44,10 @@ pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findi
         return Err(Error::Input(format!(
             "`particles.{section}.motion` prescribes motion, but the cross-check is of free particles"
         )));
+    }
+    if setup.changes_population() {
+        let what = "particles of the case come and go (`insertion`, `removal`), but the cross-check is of those at the start";
+        return Err(Error::Input(what.to_string()));
     }
     if setup.contact.as_ref().is_some_and(|contact| contact.lubrication.is_some()) {
         let remedy = "leave `contact.lubrication` out: no other engine has it";

@@ -2,6 +2,7 @@
 
 use crate::cli::terminal::{Row, row};
 use turbid::case::Setup;
+use turbid::case::insertion::{Amount, RemovedFrom};
 
 /// Templates and walls that get a row of their own.
 const SHOWN: usize = 8;
@@ -9,8 +10,8 @@ const SHOWN: usize = 8;
 /// One row for each kind and size of particle.
 pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
     let mut counts = vec![0_usize; setup.templates.len()];
-    for particle in &setup.particles {
-        counts[particle.template as usize] += 1;
+    for (template, count) in setup.expected_counts() {
+        counts[template] = counts[template].saturating_add(count);
     }
     let one = |index: usize| {
         let (template, count) = (&setup.templates[index], counts[index]);
@@ -35,6 +36,44 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
     let mut rows: Vec<Row> = (0..counts.len().min(SHOWN)).map(one).collect();
     if setup.templates.len() > SHOWN {
         rows.push(row("", format!("and {} more", setup.templates.len() - SHOWN), ""));
+    }
+    rows
+}
+
+/// Rows on particles that come and go, and on the volume fraction with all that come.
+pub(super) fn change_rows(setup: &Setup) -> Vec<Row> {
+    let mut rows = Vec::new();
+    let mut solid = setup.volume_fraction * setup.free_volume;
+    for (n, insertion) in setup.insertions.iter().enumerate() {
+        let count = insertion.expected(setup.plan.end_step, setup.time_step);
+        let volume = count as f64 * insertion.volume;
+        solid += volume;
+        let amount = match insertion.amount {
+            Amount::Rate(rate) => format!("{rate:.4e} per second"),
+            Amount::VolumeFraction(fraction) => {
+                format!("to a volume fraction of {fraction} in the region, about")
+            }
+        };
+        let from = insertion.steps[0] as f64 * setup.time_step;
+        let remark = format!(
+            "of particles.{}, {volume:.4e} m^3, from {from:.4} s on: {amount}, every {} steps, as far as there is room",
+            insertion.section, insertion.every
+        );
+        rows.push(row(format!("insertion {n}"), count.to_string(), remark));
+    }
+    for (n, removal) in setup.removals.iter().enumerate() {
+        let what = match removal.from {
+            RemovedFrom::Region(_) => "in a region",
+            RemovedFrom::Plane(_) => "behind a plane",
+            RemovedFrom::Outlet(_) => "at an outlet",
+        };
+        let of =
+            removal.section.map_or("all free particles".to_string(), |n| format!("those of particles.{n}"));
+        rows.push(row(format!("removal {n}"), what, of));
+    }
+    if !setup.insertions.is_empty() {
+        let remark = if setup.removals.is_empty() { "" } else { "if none were removed" };
+        rows.push(row("fraction at the end", format!("{:.5}", solid / setup.free_volume), remark));
     }
     rows
 }

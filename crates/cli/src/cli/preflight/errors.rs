@@ -59,8 +59,8 @@ fn entries(setup: &Setup, fluid: &FluidSetup, body: &str, cells: f64) -> Vec<Ent
 /// A row for each kind of body that the case has, by its smallest.
 pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let mut smallest: BTreeMap<&str, f64> = BTreeMap::new();
-    for particle in &setup.particles {
-        let shape = &*setup.templates[particle.template as usize].shape;
+    for (template, _) in setup.expected_counts() {
+        let shape = &*setup.templates[template].shape;
         let cells = shape.equivalent_diameter() / setup.domain.dx;
         let least = smallest.entry(kind(shape)).or_insert(f64::INFINITY);
         *least = least.min(cells);

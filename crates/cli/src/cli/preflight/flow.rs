@@ -14,7 +14,8 @@ fn on_lattice(setup: &Setup, velocity: f64) -> String {
 
 /// Gaps whose forces the lattice does not resolve, or to which lubrication is added.
 fn gap_row(setup: &Setup) -> Option<Row> {
-    if setup.particles.len() + setup.walls.len() < 2 || setup.particles.is_empty() {
+    let particles = setup.expected_particles();
+    if particles == 0 || particles.saturating_add(setup.walls.len()) < 2 {
         return None;
     }
     let touch = setup.contact.as_ref().map_or(String::new(), |contact| {
