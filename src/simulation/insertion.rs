@@ -11,7 +11,7 @@ use crate::coupling::CONTROL_INTERVAL;
 use crate::error::{Error, Result};
 use crate::packing::insertion::Obstacles;
 use crate::packing::relax::Pose;
-use crate::particle::Particle;
+use crate::particle::{Particle, PrescribedMotion};
 use serde::{Deserialize, Serialize};
 
 /// Part of the particles that are due by rate from which those that have found no room are worth a warning.
@@ -53,7 +53,7 @@ impl Plan {
         let enlargement = setup.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
         let contours =
             if setup.insertions.is_empty() { Vec::new() } else { contours(&setup.templates, enlargement) };
-        let free = setup.motions.iter().map(|motion| motion.is_free());
+        let free = setup.motions.iter().map(PrescribedMotion::is_free);
         Self {
             insertions: setup.insertions.clone(),
             removals: setup.removals.clone(),

@@ -2,6 +2,7 @@ use crate::case::{Setup, from_text};
 use crate::contact::{Body, GrownShape, intersects};
 use crate::error::Result;
 use crate::math::Vec3;
+use crate::particle::Particle;
 use crate::simulation::Simulation;
 use std::path::Path;
 
@@ -171,7 +172,7 @@ fn the_momentum_of_fluid_and_particles_is_that_which_inserted_ones_bring() {
         let template = &setup.templates[0];
         let excess = template.mass() - 1000.0 * template.shape.volume();
         let flow = simulation.measure().mean.velocity * (1000.0 * simulation.fluid_volume());
-        let momentum = flow + excess * simulation.particles().iter().map(|p| p.velocity()).sum::<Vec3>();
+        let momentum = flow + excess * simulation.particles().iter().map(Particle::velocity).sum::<Vec3>();
         let brought = Vec3::z() * (6.0 * template.mass() * 1e-2);
         assert_eq!(simulation.come_and_gone()[0], [6]);
         assert!((momentum - brought).norm() < error * brought.norm(), "{coupling}: {momentum} {brought}");

@@ -4,7 +4,7 @@ use super::all_refused_of;
 use crate::common::{Place, has};
 
 /// Grains that are poured onto a floor, and go beyond a plane.
-const POUR: &str = r#"[domain]
+const POUR: &str = r"[domain]
 size = [0.02, 0.02, 0.04]
 periodic = [true, true, false]
 [dry]
@@ -20,7 +20,7 @@ particle_rate = 1000
 velocity = [0, 0, -0.5]
 [run]
 end = { time = 0.2 }
-"#;
+";
 
 const REGION: &str = "region = { lower = [0, 0, 0.03], upper = [0.02, 0.02, 0.035] }";
 
