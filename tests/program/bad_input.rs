@@ -6,6 +6,7 @@ mod drives;
 mod engine;
 mod files;
 mod forms;
+mod friction;
 mod lubrication;
 mod motion;
 mod units;
