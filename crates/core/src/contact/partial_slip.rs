@@ -8,7 +8,8 @@
 //! ```
 //!
 //! where springs that come into contact have `u = 0`. The row is kept as three points between which `u` is linear in `z^2`, which is exact where it slips; a fourth one, where
-//! slip begins or the contact has grown, replaces the one that matters least, so that neither `f` changes nor the energy `k / (2 sqrt(d)) int u^2 dz` grows.
+//! slip begins or the contact has grown, replaces the one that matters least, so that `f` stays the same and
+//! the energy `k / (2 sqrt(d)) int u^2 dz` never grows; where both cannot be, `f` changes a little.
 //!
 //! References: Mindlin and Deresiewicz (1953), J. Appl. Mech. 20, 327; Jäger (1993), Arch. Appl. Mech. 63, 402 (any history of oblique forces); Popov and
 //! Hess (2015), Method of Dimensionality Reduction, doi:10.1007/978-3-642-53876-6 (the row of springs). Three points are ours.
@@ -105,7 +106,7 @@ fn onset([inner, outer]: [&Knot; 2], depth: f64, slope: f64) -> Knot {
     Knot { place, deflection: inner.deflection + change * part }
 }
 
-/// Removes a knot but the first and the last, the one that changes the sum least, which a neighbour makes up for; the last place is left over.
+/// Removes a knot but the first and the last, the one without which the sum changes least; the last place is left over.
 fn thin(row: &mut [Knot]) {
     let last = row.len() - 2;
     let lost = |n: usize| sum(&row[n - 1..n + 2]) - sum(&[row[n - 1], row[n + 1]]);
@@ -117,22 +118,21 @@ fn thin(row: &mut [Knot]) {
     if sizes[least - 1] <= 0.0 {
         return;
     }
-    // Energy is lost rather than gained, and as little as can be.
-    let mut best = (f64::INFINITY, 0, Vec3::zeros());
+    // A neighbour makes up for it where no energy is gained by that, and as little is lost as can be.
+    let (mut best, mut is_made_up) = ((energy(row) - before, 0, row[0].deflection), false);
     for n in [least - 1, least] {
         if n == last {
             continue;
         }
-        let unit = row[n].deflection;
+        let alone = row[n].deflection;
         let weight =
             weights(&row[n], &row[n + 1])[0] + if n > 0 { weights(&row[n - 1], &row[n])[1] } else { 0.0 };
-        row[n].deflection = unit + lost / weight;
+        row[n].deflection = alone + lost / weight;
         let gained = energy(row) - before;
-        let better = if gained <= 0.0 { best.0 > 0.0 || gained > best.0 } else { gained < best.0 };
-        if better {
-            best = (gained, n, row[n].deflection);
+        if gained <= 0.0 && (!is_made_up || gained > best.0) {
+            (best, is_made_up) = ((gained, n, row[n].deflection), true);
         }
-        row[n].deflection = unit;
+        row[n].deflection = alone;
     }
     let (gained, n, deflection) = best;
     row[n].deflection = deflection;

@@ -68,17 +68,18 @@ fn under_a_constant_normal_force_the_disc_slips_as_cattaneo_and_mindlin_and_turn
 
 #[test]
 fn a_contact_that_sticks_while_it_grows_has_the_stiffness_of_its_whole_disc() {
-    let (mut row, mut expected, mut worst) = (new(), 0.0, 0.0_f64);
-    for n in 1..=200 {
-        let (depth, way) = (f64::from(n) * 0.005, 2e-5 * f64::from(n));
-        let mean = row.slide(depth, 1.0, Vec3::z() * way).z;
-        // What was in contact before is moved, and what comes into contact meanwhile by the rest of the way.
-        let [x, y] = [n - 1, n].map(|n| (f64::from(n) * 0.005).sqrt());
-        expected += way * (x + (y - x) * (2.0 * y + x) / (3.0 * (x + y)));
-        worst = worst.max((mean * depth.sqrt() / expected - 1.0).abs());
+    let steady = |_: u32| 0.002;
+    let slower = |n: u32| 2e-5 * f64::from(200 - n);
+    for way in [&steady as &dyn Fn(u32) -> f64, &slower] {
+        let (mut row, mut expected) = (new(), 0.0);
+        for n in 1..=200 {
+            let mean = row.slide(f64::from(n) * 0.005, 1.0, Vec3::z() * way(n)).z;
+            // What was in contact before is moved, and what comes into contact meanwhile by the rest of the way.
+            let [x, y] = [n - 1, n].map(|n| (f64::from(n) * 0.005).sqrt());
+            expected += way(n) * (x + (y - x) * (2.0 * y + x) / (3.0 * (x + y)));
+            assert!((mean * y / expected - 1.0).abs() < 1e-4, "{n}: {mean}");
+        }
     }
-    println!("off by {worst:.1e}");
-    assert!(worst < 0.01);
 }
 
 #[test]
@@ -103,7 +104,7 @@ fn three_points_follow_a_thousand_springs_along_random_ways() {
         most = most.max(worst);
     }
     println!("worst of a path, of the sliding force: {sum:.3} in the mean, {most:.3} at most");
-    assert!(sum < 0.05 && most < 0.27);
+    assert!(sum < 0.05 && most < 0.2);
 }
 
 #[test]

