@@ -138,7 +138,9 @@ fn thin(row: &mut [Knot]) {
     row[n].deflection = deflection;
     if gained > 0.0 {
         let part = (before / (before + gained)).sqrt();
-        row.iter_mut().for_each(|knot| knot.deflection *= part);
+        for knot in row {
+            knot.deflection *= part;
+        }
     }
 }
 
