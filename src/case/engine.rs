@@ -182,6 +182,9 @@ fn refuse_law(document: &Document, liggghts: bool) -> Result<()> {
     }
     let title = format!("`{key}` is {value}, which LIGGGHTS, `dem.engine`, does not have");
     let remedy = match key {
+        "contact.friction" => {
+            "take \"mindlin_displacement\", the friction of LIGGGHTS, or dem.engine = \"native\""
+        }
         "contact.twisting" => "remove it, or take dem.engine = \"native\"",
         "contact.cohesion" => "LIGGGHTS has \"sjkr\"; take that, or dem.engine = \"native\"",
         _ => {

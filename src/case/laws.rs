@@ -4,7 +4,7 @@
 use super::checks::Document;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
-use crate::contact::{CohesionLaw, ContactModel, DEEPEST, ElasticLaw, PairParams};
+use crate::contact::{CohesionLaw, ContactModel, DEEPEST, ElasticLaw, FrictionLaw, PairParams};
 use crate::error::Result;
 use crate::output::numbers::small;
 use crate::particle::Template;
@@ -43,6 +43,16 @@ const JKR: Round = Round {
     instead: "or take \"dmt\" for round bodies, or \"sjkr\", which is proportional to the area of the overlap",
 };
 
+const PARTIAL_SLIP: Round = Round {
+    key: "contact.friction",
+    does: "\"mindlin_deresiewicz\" is the friction of round bodies",
+    lacks: |template| {
+        has_edges(template).then_some("has edges, and no disc that slips from its edge inwards")
+    },
+    parameter: ("friction_kinetic", |pair| pair.friction_kinetic),
+    instead: "or take \"mindlin\", the friction of bodies of any shape",
+};
+
 fn has_edges(template: &Template) -> bool {
     template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
 }
@@ -51,6 +61,7 @@ fn has_edges(template: &Template) -> bool {
 pub(super) fn refuse_edges(document: &Document, kinds: &Kinds, model: &ContactModel) -> Result<()> {
     let laws = [
         (ROLLING, model.rolling.is_given()),
+        (PARTIAL_SLIP, model.friction == FrictionLaw::MindlinDeresiewicz),
         (DMT, model.cohesion == CohesionLaw::Dmt),
         (JKR, model.cohesion == CohesionLaw::Jkr),
     ];

@@ -6,6 +6,7 @@ mod drives;
 mod engine;
 mod files;
 mod forms;
+mod friction;
 mod insertion;
 mod lubrication;
 mod motion;

@@ -24,6 +24,7 @@ pub mod nearest;
 pub mod neighbours;
 pub mod overlap;
 pub mod pairs;
+mod partial_slip;
 mod polyhedra;
 pub mod rolling;
 pub mod sampled;
@@ -196,6 +197,9 @@ pub enum FrictionLaw {
     /// The same with the stiffness of the present overlap, as `tangential history` of LIGGGHTS and `mindlin` of LAMMPS: for comparisons with
     /// them. One coefficient, the kinetic one.
     MindlinDisplacement,
+    /// The contact of Mindlin and Deresiewicz (1953), which slips from its edge inwards, of bodies without edges: rebounds from oblique impacts as in theory, and
+    /// bodies at rest stay where they are while they are shaken. One coefficient, the kinetic one.
+    MindlinDeresiewicz,
     /// A function of the sliding speed, as in Marquardt et al. (2024), without memory: bodies at rest creep.
     #[default]
     #[serde(alias = "paper")]

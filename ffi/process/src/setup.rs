@@ -188,6 +188,9 @@ impl ContactSection {
         if twisting != TwistingLaw::None {
             return Err("resistance to twisting");
         }
+        if friction == FrictionLaw::MindlinDeresiewicz {
+            return Err("friction with partial slip");
+        }
         Ok(Self { enlargement, law, damping, friction, rolling, cohesion, materials, pairs })
     }
 

@@ -145,6 +145,7 @@ impl ContactSection {
             ("contact.geometry", json!(self.geometry), self.geometry == GeometryKind::Sampled),
             ("contact.law", json!(self.law), liggghts && !law),
             ("contact.damping", json!(self.damping), liggghts && !damping),
+            ("contact.friction", json!(self.friction), self.friction == FrictionLaw::MindlinDeresiewicz),
             ("contact.rolling", json!(self.rolling), !liggghts && self.rolling.is_given()),
             ("contact.twisting", json!(self.twisting), self.twisting != TwistingLaw::None),
             ("contact.cohesion", json!(self.cohesion), cohesion),

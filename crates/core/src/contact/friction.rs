@@ -6,6 +6,7 @@
 //! ```text
 //! Mindlin              f' = turned(f) min(1, a / a_before) + k v dt,   |f'| <= mu |N|;   F = f' + c v,   |F| <= mu |N|
 //! MindlinDisplacement  s' = projected(s) + v dt,   f' = k s',   |f'| <= mu_k |N|;   F = f' + c v, or f' where it slides
+//! MindlinDeresiewicz   a row of such springs, which slips from the edge of the contact inwards: [`partial_slip`](super::partial_slip);   F = f' + c v,   |F| <= mu_k |N|
 //! NassauerKuna         F = mu(|v|) |N| v / |v|
 //! k = 8 G* a,   c = 2 sqrt(5/6) b sqrt(k m*),   b = -ln e / sqrt(pi^2 + ln^2 e),   1/G* = (2 - nu_a) / G_a + (2 - nu_b) / G_b
 //! a^2 = R d  (law `Hertz`),   V / (pi d)  (others: `R d` of small overlaps of spheres, `A / pi` of flat faces)
@@ -25,6 +26,7 @@
 mod tests;
 
 use super::law::{PairProperties, dashpot_number};
+use super::partial_slip::SpringRow;
 use super::{ElasticLaw, FrictionLaw, Material, Overlap, PairParams};
 use crate::math::Vec3;
 use bytemuck::{Pod, Zeroable};
@@ -79,7 +81,7 @@ impl FrictionLaw {
     /// True if the law has a spring, which remembers how far the bodies have slid.
     pub fn has_spring(self) -> bool {
         match self {
-            Self::Mindlin | Self::MindlinDisplacement => true,
+            Self::Mindlin | Self::MindlinDisplacement | Self::MindlinDeresiewicz => true,
             Self::NassauerKuna => false,
         }
     }
@@ -91,14 +93,19 @@ impl FrictionLaw {
 
     /// Numbers that the law remembers of a contact.
     pub(super) fn memory(self) -> usize {
-        if self.has_spring() { size_of::<Spring>() / size_of::<f64>() } else { 0 }
+        let bytes = match self {
+            Self::Mindlin | Self::MindlinDisplacement => size_of::<Spring>(),
+            Self::MindlinDeresiewicz => size_of::<SpringRow>(),
+            Self::NassauerKuna => 0,
+        };
+        bytes / size_of::<f64>()
     }
 
     /// Names of the fields of [`PairParams`] that the law reads.
     pub(super) fn parameters(self) -> &'static [&'static str] {
         match self {
             Self::Mindlin => &["friction_static", "friction_kinetic", "restitution"],
-            Self::MindlinDisplacement => &["friction_kinetic", "restitution"],
+            Self::MindlinDisplacement | Self::MindlinDeresiewicz => &["friction_kinetic", "restitution"],
             Self::NassauerKuna => &["friction_static", "friction_kinetic", "transition_velocity"],
         }
     }
@@ -112,7 +119,9 @@ impl Friction {
         let fixed = match law {
             _ if pair.friction_static <= 0.0 => 0.0,
             FrictionLaw::NassauerKuna => pair.friction_static * (1.0 - 0.09 * ratio_squared * ratio_squared),
-            FrictionLaw::Mindlin | FrictionLaw::MindlinDisplacement => pair.friction_static,
+            FrictionLaw::Mindlin | FrictionLaw::MindlinDisplacement | FrictionLaw::MindlinDeresiewicz => {
+                pair.friction_static
+            }
         };
         Self {
             law,
@@ -186,6 +195,27 @@ impl Friction {
         let force = capped(force, most);
         *spring = Spring { force: force.into(), radius: if slides { -radius } else { radius } };
         capped(force + damping, most)
+    }
+
+    /// The same by a row of springs, at a radius of contact (m) and a depth (m).
+    pub(super) fn of_row(
+        &self,
+        (axis, radius, depth): (Vec3, f64, f64),
+        pair: &PairProperties,
+        motion: &RelativeMotion,
+        normal: f64,
+        row: &mut SpringRow,
+    ) -> Vec3 {
+        let [stiffness, dashpot] = self.spring(radius, pair);
+        let (hardness, most) = (stiffness * depth, self.kinetic * normal);
+        if hardness <= 0.0 {
+            *row = SpringRow::zeroed();
+            return Vec3::zeros();
+        }
+        let sliding = motion.before - axis * motion.before.dot(&axis);
+        row.turn(|deflection| turned(deflection, axis, motion));
+        let mean = row.slide(depth, 1.5 * most / hardness, sliding * motion.elapsed);
+        capped(mean * stiffness + sliding * dashpot, most)
     }
 }
 

@@ -24,7 +24,8 @@ mod tests;
 use super::friction::contact_radius;
 use super::rolling::Pressed;
 use super::{
-    Cohesion, ContactModel, DampingLaw, ElasticLaw, Friction, Material, Overlap, RelativeMotion, Turning,
+    Cohesion, ContactModel, DampingLaw, ElasticLaw, Friction, FrictionLaw, Material, Overlap, RelativeMotion,
+    Turning,
 };
 use crate::math::Vec3;
 use bytemuck::{Pod, Zeroable};
@@ -289,10 +290,15 @@ impl PairLaw {
         let [normal, elastic, factor, dashpot] = self.normal(overlap, pair, damping, approach);
         let pull = self.cohesion.force(overlap.area, overlap.depth, pair.radius());
         let grip = self.cohesion.grip(normal, pull, pair.radius());
-        let friction = if self.friction.law.has_spring() {
-            self.friction.of_spring((overlap.normal, radius()), pair, motion, grip, memory_of(spring))
-        } else {
-            self.friction.of_speed(velocity - overlap.normal * approach, grip)
+        let friction = match self.friction.law {
+            FrictionLaw::Mindlin | FrictionLaw::MindlinDisplacement => {
+                self.friction.of_spring((overlap.normal, radius()), pair, motion, grip, memory_of(spring))
+            }
+            FrictionLaw::MindlinDeresiewicz => {
+                let contact = (overlap.normal, radius(), overlap.depth);
+                self.friction.of_row(contact, pair, motion, grip, memory_of(spring))
+            }
+            FrictionLaw::NassauerKuna => self.friction.of_speed(velocity - overlap.normal * approach, grip),
         };
         // No sign of a zero changes without.
         let along = if self.cohesion.is_none() { -normal } else { pull - normal };

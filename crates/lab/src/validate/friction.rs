@@ -1,15 +1,20 @@
 //! Oblique impacts with friction: `validation/friction`.
 
 use super::prelude::*;
+use std::f64::consts::PI;
+use turbid::dem::Load;
 
 const TEXT: &str = include_str!("../../../../validation/friction/case.toml");
+const OBLIQUE: &str = include_str!("../../../../validation/friction/oblique.toml");
+const BLOCK: &str = include_str!("../../../../validation/friction/block.toml");
+const MAW: &str = include_str!("../../../../validation/friction/maw.csv");
 const REFERENCE: &str = include_str!("../../../../validation/friction/reference.csv");
 
 pub(super) const CASE: Case = Case {
     name: "friction",
-    question: "oblique impacts of a sphere on a plate: tangential restitution and spin",
+    question: "oblique impacts of spheres: tangential restitution, spin and angle of rebound; a block that sticks and slips",
     source: "Kharaz, Gorham and Salman (2001), doi:10.1016/S0032-5910(01)00283-2",
-    parts: &[Part::quick(1.0, throws)],
+    parts: &[Part::quick(1.0, throws), Part::quick(1.0, rebounds), Part::quick(1.0, slips)],
 };
 
 const THEORY: &str = "impulses of rigid bodies that slide to the end: mu (1 + e) of the normal momentum";
@@ -84,5 +89,116 @@ fn throws(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     plot("tangential", title, "tangential restitution (-)", over(&slide), tangential, slid);
     let title = "Spin of spheres after the impact on a plate";
     plot("spin", title, "angular velocity (1/s)", over(&turn), spin, turned);
+    Ok(())
+}
+
+/// Speed of the spheres across the floor (m/s), their coefficient of friction, and `psi` over the tangent of the angle and the coefficient.
+const ACROSS: f64 = 0.01;
+const ROUGH: f64 = 0.3;
+const LOCAL: f64 = 1.4 / 1.7;
+/// Of the ratio of the local angles, absolute.
+const ANGLE: f64 = 0.02;
+
+/// Local angles of rebound of elastic spheres by a law of friction, for these of incidence.
+fn rebound(context: &SuiteContext, law: &str, angles: &[f64]) -> Result<Vec<f64>> {
+    let list: Vec<String> = (0..)
+        .zip(angles)
+        .map(|(n, psi)| {
+            let (x, along) = (5e-3 + 8e-3 * f64::from(n), psi * ROUGH * ACROSS / LOCAL);
+            format!(
+                "{{ position = [{x:e}, 5e-3, 1.00000001e-3], velocity = [{along:e}, 0.0, {:e}] }}",
+                -ACROSS
+            )
+        })
+        .collect();
+    let own = [format!("particles.0.list=[{}]", list.join(", ")), format!("contact.friction={law:?}")];
+    let statics = (law == "mindlin").then(|| format!("contact.friction_static={ROUGH:e}"));
+    let setup = context.setup(OBLIQUE, CASE.name, &[&own[..], statics.as_slice()].concat())?;
+    let mut run = Simulation::solo(&setup)?;
+    run.advance(setup.plan.end_step)?;
+    let contacts = run.dem().contacts();
+    if (contacts.begun, contacts.count) != (angles.len() as u64, 0) {
+        return Err(unsteady("contacts that have not ended", contacts.count as f64));
+    }
+    let surface = |after: &Particle| after.velocity().x - after.angular_velocity().y * 0.5 * setup.diameter;
+    Ok(run.particles().iter().map(|after| surface(after) / after.velocity().z * LOCAL / ROUGH).collect())
+}
+
+fn rebounds(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let theory = Table::new(MAW).points(None, ["psi_1", "psi_2"]);
+    let angles: Vec<f64> = theory.iter().map(|point| point[0]).collect();
+    let [partial, single] = ["mindlin_deresiewicz", "mindlin"].map(|law| rebound(context, law, &angles));
+    let (partial, single) = (partial?, single?);
+    for ([psi, expected], found_psi) in theory.iter().zip(&partial) {
+        let quantity = format!("angle of rebound over that of incidence, psi_1 {psi:.1} (-)");
+        found
+            .absolute(quantity, found_psi / psi, expected / psi, ANGLE)
+            .source("Maw, Barber and Fawcett (1976), doi:10.1016/0043-1648(76)90201-2");
+    }
+    let over =
+        |rebounds: Vec<f64>| angles.iter().zip(rebounds).map(|(psi, of)| [*psi, of]).collect::<Vec<_>>();
+    let curves = [
+        reference("Maw, Barber and Fawcett (1976)", theory.clone()),
+        measured("mindlin", over(single)),
+        overlaid("mindlin_deresiewicz", over(partial)),
+    ];
+    let axes = ["local angle of incidence (-)", "local angle of rebound (-)"];
+    found.plot("rebound", "Oblique impacts of elastic spheres", axes, curves);
+    Ok(())
+}
+
+/// Static and kinetic coefficient of the block.
+const COEFFICIENTS: [f64; 2] = [0.5, 0.35];
+/// Speed (m/s) of the end of its spring, and its angular frequency (1/s) on the spring.
+const PULL: f64 = 0.01;
+const RATE: f64 = 200.0;
+const GRAVITY: f64 = 9.81;
+/// Of its period, and of the swing of the force, as a part.
+const SLIP: f64 = 5e-3;
+
+fn slips(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let setup = context.setup(BLOCK, CASE.name, &[])?;
+    let mut run = Simulation::solo(&setup)?;
+    run.advance((0.1 / setup.time_step).round() as u64)?;
+    let (start, from) = (run.time(), run.particles()[0].position().x);
+    let mass = setup.templates[0].mass();
+    let stretch = move |time: f64, x: f64| PULL * (time - start) - (x - from);
+    run.set_external_load(move |time, block| {
+        let force = Vec3::x() * (mass * RATE * RATE * stretch(time, block.position().x));
+        Load { force, torque: Vec3::zeros() }
+    });
+    // Of each slip its beginning, the largest force before it and the smallest one after it, over the weight.
+    let mut found_slips: Vec<[f64; 3]> = Vec::new();
+    let (mut was_slow, mut largest) = (true, 0.0_f64);
+    while run.steps_done() < setup.plan.end_step {
+        let force = RATE * RATE / GRAVITY * stretch(run.time(), run.particles()[0].position().x);
+        run.advance(1)?;
+        let is_slow = run.particles()[0].velocity().x < 0.2 * PULL;
+        largest = largest.max(force);
+        if was_slow && !is_slow {
+            found_slips.push([run.time(), largest, force]);
+            largest = 0.0;
+        }
+        if let Some(slip) = found_slips.last_mut() {
+            slip[2] = slip[2].min(force);
+        }
+        was_slow = is_slow;
+    }
+    let [fixed, kinetic] = COEFFICIENTS;
+    let swing = (fixed - kinetic) * GRAVITY / (RATE * RATE);
+    let period = 2.0 * swing / PULL + 2.0 * (PI - (swing * RATE / PULL).atan()) / RATE;
+    let amplitude = RATE * RATE / GRAVITY * swing.hypot(PULL / RATE);
+    let count = found_slips.len() - 1;
+    // The first slip begins from rest.
+    let mean = |n: usize| found_slips[1..count].iter().map(|slip| slip[n]).sum::<f64>() / (count - 1) as f64;
+    let exact = "exact: it sticks up to the static coefficient and slips with the kinetic one";
+    let measured = (found_slips[count][0] - found_slips[0][0]) / count as f64;
+    found
+        .relative("block on a floor, pulled by a spring: period (s)".to_owned(), measured, period, SLIP)
+        .source(exact);
+    for (n, what, expected) in [(1, "largest", kinetic + amplitude), (2, "smallest", kinetic - amplitude)] {
+        let quantity = format!("block on a floor, pulled by a spring: {what} force over its weight (-)");
+        found.absolute(quantity, mean(n), expected, SLIP * amplitude).source(exact);
+    }
     Ok(())
 }

@@ -133,27 +133,44 @@ fn no_cycle_of_loads_and_slips_gains_energy_but_one_of_the_spring_of_liggghts_ma
 
 #[test]
 fn a_spring_turns_with_the_bodies_as_one_rigid_body_does() {
-    let law = law(FrictionLaw::Mindlin, 1.0);
-    let (mut memory, depth) = ([0.0; 4], 1e-6);
-    let start = held(&law, depth, &slide(Vec3::y() * 1e-9), &mut memory);
-    let (axis, steps) = (Vec3::new(0.6, 0.48, 0.64), 1000);
-    let spin = axis * (FRAC_PI_2 / (f64::from(steps) * PAIR.dt));
-    let turn = |angle: f64| crate::math::Quat::from_scaled_axis(axis * angle);
-    for n in 1..=steps {
-        let turned = turn(FRAC_PI_2 * f64::from(n) / f64::from(steps));
-        let mut overlap = lens(depth);
-        overlap.normal = turned * overlap.normal;
-        overlap.point = turned * overlap.point;
-        let offset = turned * (Vec3::x() * (2.0 * RADIUS - depth));
-        let motion = RelativeMotion { spin, elapsed: PAIR.dt, ..RelativeMotion::default() };
-        let action = law.act(&overlap, offset, &PAIR, &motion, &mut memory);
-        if n == steps {
-            let across = action.force - overlap.normal * action.force.dot(&overlap.normal);
-            let off = (across - turned * start).norm() / start.norm();
-            println!("a quarter turn in {steps} steps: the force is off by {off:.1e}");
-            assert!(off < 2e-3);
+    for friction in [FrictionLaw::Mindlin, FrictionLaw::MindlinDeresiewicz] {
+        let (law, mut memory, depth) = (law(friction, 1.0), [0.0; 11], 1e-6);
+        held(&law, depth, &slide(Vec3::zeros()), &mut memory);
+        let start = held(&law, depth, &slide(Vec3::y() * 1e-9), &mut memory);
+        let (axis, steps) = (Vec3::new(0.6, 0.48, 0.64), 1000);
+        let spin = axis * (FRAC_PI_2 / (f64::from(steps) * PAIR.dt));
+        let turn = |angle: f64| crate::math::Quat::from_scaled_axis(axis * angle);
+        for n in 1..=steps {
+            let turned = turn(FRAC_PI_2 * f64::from(n) / f64::from(steps));
+            let mut overlap = lens(depth);
+            overlap.normal = turned * overlap.normal;
+            overlap.point = turned * overlap.point;
+            let offset = turned * (Vec3::x() * (2.0 * RADIUS - depth));
+            let motion = RelativeMotion { spin, elapsed: PAIR.dt, ..RelativeMotion::default() };
+            let action = law.act(&overlap, offset, &PAIR, &motion, &mut memory);
+            if n == steps {
+                let across = action.force - overlap.normal * action.force.dot(&overlap.normal);
+                let off = (across - turned * start).norm() / start.norm();
+                println!("{friction:?}: a quarter turn in {steps} steps: the force is off by {off:.1e}");
+                assert!(start.norm() > 0.0 && off < 2e-3);
+            }
         }
     }
+}
+
+#[test]
+fn a_contact_that_slips_at_its_edge_has_mindlins_stiffness_at_first_and_slides_with_the_kinetic_coefficient()
+{
+    let depth = 1e-6;
+    let [normal, k] = stiffness(depth);
+    let (law, mut memory) = (law(FrictionLaw::MindlinDeresiewicz, 1.0), [0.0; 11]);
+    held(&law, depth, &slide(Vec3::zeros()), &mut memory);
+    let mut pull =
+        |part: f64| held(&law, depth, &slide(Vec3::y() * (part * normal / k)), &mut memory).y / normal;
+    assert!((pull(1e-6) / -1e-6 - 1.0).abs() < 1e-4);
+    // Cattaneo and Mindlin, at half the way of 1.5 mu N / k after which it slides.
+    assert!((pull(0.225 - 1e-6) + 0.3 * (1.0 - 0.5_f64.powf(1.5))).abs() < 1e-5);
+    assert!((pull(0.3) + 0.3).abs() < 1e-9);
 }
 
 #[test]

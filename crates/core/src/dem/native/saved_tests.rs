@@ -11,7 +11,7 @@ use crate::contact::{CohesionLaw, DampingLaw, ElasticLaw, FrictionLaw, Lubricati
 enum Laws {
     /// Those of the crowd.
     Plain,
-    /// With films, too.
+    /// With films and partial slip.
     Films,
     /// By which spheres that have touched hold on to each other.
     Necks,
@@ -31,6 +31,7 @@ fn engine(laws: Laws, comm: &Comm, all: &[Particle]) -> Native {
             let unresolved = Unresolved { range: 0.5, ..Unresolved::saturated() };
             let film = Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: CHANNEL.dx, unresolved };
             contact.lubrication = Some(film);
+            contact.friction = FrictionLaw::MindlinDeresiewicz;
         }
     }
     let cut = Decomposition::new(CHANNEL, comm.size()).unwrap();
