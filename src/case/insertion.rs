@@ -57,8 +57,17 @@ impl Insertion {
         (from..to).contains(&step) && (step - from).is_multiple_of(self.every)
     }
 
+    /// Particles that all attempts below step `end` insert if all find room, those by rate counted from the step `since` on: at each attempt
+    /// those that are due until the next.
+    pub fn due_before(&self, end: u64, since: u64, dt: f64) -> u64 {
+        let [from, to] = self.steps;
+        let Some(steps) = end.min(to).checked_sub(from.saturating_add(1)) else { return 0 };
+        let last = from + (steps - steps.checked_rem(self.every).unwrap_or(0));
+        self.due(last.saturating_add(self.every), since, dt)
+    }
+
     /// Particles that are due by rate after `step` steps of length `dt` (s), counted from the step `since` on; all of them by volume fraction.
-    pub fn due(&self, step: u64, since: u64, dt: f64) -> u64 {
+    fn due(&self, step: u64, since: u64, dt: f64) -> u64 {
         let Amount::Rate(rate) = self.amount else { return self.most };
         let [from, to] = self.steps;
         let steps = step.min(to).saturating_sub(from.max(since));
@@ -69,7 +78,7 @@ impl Insertion {
     /// Particles that come within the first `step` steps of length `dt` (s), if all find room; of a volume fraction those that fill the region
     /// and move out of it at their first velocity.
     pub fn expected(&self, step: u64, dt: f64) -> u64 {
-        let Amount::VolumeFraction(fraction) = self.amount else { return self.due(step, 0, dt) };
+        let Amount::VolumeFraction(fraction) = self.amount else { return self.due_before(step, 0, dt) };
         let [from, to] = self.steps;
         let time = step.min(to).saturating_sub(from) as f64 * dt;
         let volume = volume_passed(&self.region, 0.0, self.bodies.velocity[0].abs(), time);

@@ -26,6 +26,7 @@ use crate::document::Source;
 use crate::domain::Domain;
 use crate::engine::EngineChoice;
 use crate::error::Result;
+use crate::math::Vec3;
 use crate::output::surfaces::are_few;
 use crate::units::Units;
 use crate::wall::Wall;
@@ -221,7 +222,10 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         motions: &motions,
         particles: &particles,
         gravity,
-        undriven: is_undriven(&domain, fluid.as_ref(), &walls),
+        undriven: is_undriven(&domain, fluid.as_ref(), &walls)
+            && applied.iter().all(|[force, _]| *force == Vec3::zeros())
+            && motions.iter().all(|motion| motion.is_free() || motion.rests())
+            && particles.iter().all(|particle| particle.velocity() == Vec3::zeros()),
     };
     let (insertions, removals) = exchange.resolve()?;
     if !insertions.is_empty() {

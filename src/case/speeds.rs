@@ -251,8 +251,14 @@ impl Setup {
                 rim = rim.max(spin.norm() * shape.circumradius());
             }
         }
-        let inserted = self.insertions.iter().map(Insertion::speed).fold(0.0, f64::max);
-        low.zip(high).map_or(0.0, |(low, high)| (high - low).norm() + rim).max(inserted)
+        for Insertion { bodies, .. } in &self.insertions {
+            let [mean, spread] = bodies.velocity;
+            let ([slow, fast], least) = ([mean - spread, mean + spread], Vec3::zeros());
+            // Some are inserted while others have come to rest.
+            low = Some(low.unwrap_or(least).inf(&slow));
+            high = Some(high.unwrap_or(least).sup(&fast));
+        }
+        low.zip(high).map_or(0.0, |(low, high)| (high - low).norm() + rim)
     }
 
     /// Speed (m/s) at which walls of a run without a fluid come nearer at most; with one they slide along themselves.

@@ -20,8 +20,9 @@ use rand_chacha::rand_core::SeedableRng;
 const DRAWS: usize = 500;
 /// Distance in the stream of random numbers from one attempt to the next, more than all draws take.
 const WORDS: u128 = 1 << 16;
-/// New bodies that are compared one by one before they are sorted into bins.
+/// New bodies that are compared one by one before they are sorted into bins, and their least part of all.
 const UNSORTED: usize = 64;
+const LEAST_PART: usize = 64;
 
 /// A box of positions (m), its faces included; without thickness a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +42,11 @@ impl Region {
     /// True if it has a position in common with another one.
     pub fn meets(&self, other: &Self) -> bool {
         (0..3).all(|i| self.lower[i] <= other.upper[i] && other.lower[i] <= self.upper[i])
+    }
+
+    /// True if it has more than faces in common with another one.
+    pub fn overlaps(&self, other: &Self) -> bool {
+        (0..3).all(|i| self.lower[i] < other.upper[i] && other.lower[i] < self.upper[i])
     }
 
     /// Edges (m).
@@ -162,7 +168,7 @@ impl<'a> Obstacles<'a> {
         let new = bodies.nth(n);
         let pose = self.position(&new, &mut bodies.tries(n, attempt), region)?;
         self.poses.push(pose);
-        if self.poses.len() - self.sorted >= UNSORTED {
+        if self.poses.len() - self.sorted >= UNSORTED.max(self.sorted / LEAST_PART) {
             self.sort();
         }
         Some((new, pose))

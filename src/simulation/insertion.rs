@@ -151,7 +151,7 @@ impl Simulation {
     /// Inserts as many of the due particles as find room, in their order. Collective.
     fn insert_due(&mut self, n: usize, insertion: &Insertion, contours: &[GrownShape]) -> Result<()> {
         let Progress { since, count } = self.record.insertions[n];
-        let due = insertion.due(self.step, since, self.units.dt).saturating_sub(count);
+        let due = insertion.due_before(self.step + 1, since, self.units.dt).saturating_sub(count);
         if due == 0 {
             return Ok(());
         }
@@ -217,7 +217,7 @@ impl Simulation {
             if !matches!(insertion.amount, Amount::Rate(_)) {
                 return None;
             }
-            let due = insertion.due(self.step, progress.since, self.units.dt);
+            let due = insertion.due_before(self.step, progress.since, self.units.dt);
             let waiting = due.saturating_sub(progress.count);
             (waiting as f64 > BEHIND * due as f64 && waiting > 1).then(|| {
                 format!("of the {due} particles of `insertion.{n}` that are due, {waiting} have found no room in its region and wait")

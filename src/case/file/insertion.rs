@@ -28,7 +28,7 @@ pub struct InsertionSection {
     pub start: Option<Duration>,
     /// End of the insertion; what waits then is not inserted. Default: that of the run.
     pub end: Option<Duration>,
-    /// Interval between attempts. Default: the time in which one particle is due, but at least 20 steps.
+    /// Interval between attempts, each with those that are due until the next. Default: the time in which one particle is due, but at least 20 steps.
     pub every: Option<Duration>,
     /// Velocity (m/s). Default `[0, 0, 0]`.
     #[serde(default)]
@@ -84,6 +84,6 @@ pub enum RemovalPlace {
     Region(RegionSection),
     /// Those whose centre is behind a plane.
     Plane(PlaneSection),
-    /// Those that reach a face of the box with an outlet, by its name, e.g. "x+".
+    /// Those whose enclosing sphere reaches a face of the box with an outlet, by its name, e.g. "x+".
     Outlet(String),
 }

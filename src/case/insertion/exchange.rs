@@ -73,6 +73,7 @@ impl Exchange<'_> {
             let key = format!("removal.{n}");
             if let Some(kind) = section.kind {
                 self.kind(&key, kind)?;
+                self.free(&key, "removes", kind)?;
             }
             let from = self.removed_from(&key, &section.place)?;
             Ok(Removal { section: section.kind, from })
@@ -98,21 +99,23 @@ impl Exchange<'_> {
         Err(self.document().out_of_range(&format!("{key}.kind"), kind, &wanted, remedy))
     }
 
+    /// Refuses a section of particles whose motion is prescribed; what the section `key` `does` with them.
+    fn free(&self, key: &str, does: &str, kind: usize) -> Result<()> {
+        if self.motions[kind].is_free() {
+            return Ok(());
+        }
+        let (motion, does_so) = (format!("particles.{kind}.motion"), format!("{does} such particles"));
+        let marks = [(key, &*does_so), (&*motion, "prescribes their motion")];
+        let title = format!("`{key}` {does} particles whose motion is prescribed");
+        Err(self.document().error_at(&marks, &title, "take a `[[particles]]` section of free particles"))
+    }
+
     fn insertion(&self, n: usize, section: &InsertionSection) -> Result<Insertion> {
         let (document, key, index) = (self.document(), format!("insertion.{n}"), section.kind);
         self.kind(&key, index)?;
-        if !self.motions[index].is_free() {
-            let motion = format!("particles.{index}.motion");
-            let marks = [(&*key, "inserts such particles"), (&*motion, "prescribes their motion")];
-            let title = format!("`{key}` inserts particles whose motion is prescribed");
-            return Err(document.error_at(
-                &marks,
-                &title,
-                "take a `[[particles]]` section of free particles",
-            ));
-        }
+        self.free(&key, "inserts", index)?;
         let region = self.region(&key, &section.region)?;
-        self.inside(&key, &region)?;
+        self.inside(&key, &region, [true; 3])?;
         let kind = &self.placer.kinds.sections[index];
         let templates = &self.placer.kinds.templates;
         let mean = |of: &dyn Fn(&Template) -> f64| -> f64 {
@@ -191,12 +194,14 @@ impl Exchange<'_> {
         Ok(region)
     }
 
-    /// Refuses a region that is not in the box; rounding may put it beside a face.
-    fn inside(&self, key: &str, region: &Region) -> Result<()> {
+    /// Refuses a region that is not in the box along some `axes`; rounding may put it beside a face.
+    fn inside(&self, key: &str, region: &Region, axes: [bool; 3]) -> Result<()> {
         let size = self.domain().size();
         let margin = 1e-9 * size;
         for (name, corner) in [("lower", region.lower), ("upper", region.upper)] {
-            if let Some(i) = (0..3).find(|&i| !(-margin[i]..=size[i] + margin[i]).contains(&corner[i])) {
+            if let Some(i) =
+                (0..3).find(|&i| axes[i] && !(-margin[i]..=size[i] + margin[i]).contains(&corner[i]))
+            {
                 let (x, edge, axis) = (corner[i], size[i], ["x", "y", "z"][i]);
                 let key = format!("{key}.region.{name}");
                 let title =
@@ -214,6 +219,7 @@ impl Exchange<'_> {
         let (from, is_there, name) = match place {
             RemovalPlace::Region(section) => {
                 let region = self.region(key, section)?;
+                self.inside(key, &region, [0, 1, 2].map(|axis| self.domain().is_periodic(axis)))?;
                 (RemovedFrom::Region(region), region.meets(&whole), "region")
             }
             RemovalPlace::Plane(section) => {
@@ -259,7 +265,7 @@ impl Exchange<'_> {
             let fills = |of: &Insertion| matches!(of.amount, Amount::VolumeFraction(_));
             let mut others = insertions[..n].iter();
             if let Some(other) =
-                others.position(|other| (fills(one) || fills(other)) && one.region.meets(&other.region))
+                others.position(|other| (fills(one) || fills(other)) && one.region.overlaps(&other.region))
             {
                 let (first, second) = (key(other), key(n));
                 let title = format!(
@@ -339,7 +345,7 @@ impl Exchange<'_> {
         };
         let key = format!("insertion.{n}.{name}");
         let title = format!(
-            "`{key}` asks for {rate:.4e} particles per second, but at most {most:.4e} find room in the region as others leave it"
+            "`{key}` requests {rate:.4e} particles per second, but at most {most:.4e} find room in the region as others leave it"
         );
         let remedy = "take a lower rate, a larger region or a larger `velocity`";
         Err(self.document().error(&key, &title, "faster than there is room", remedy))

@@ -152,7 +152,7 @@ fn number_mass_and_momentum_are_those_at_the_start_and_of_the_particles_that_cam
         let brought = Vec3::new(0.0, 0.0, -1.5 * (each(0) + each(1)));
         assert!((momentum - start.2 - brought).norm() < 1e-12 * brought.norm(), "{momentum} {brought}");
     }
-    assert_eq!(simulation.come_and_gone()[0][..2].iter().sum::<i64>(), 15, "2000 per second, in 8 ms");
+    assert_eq!(simulation.come_and_gone()[0][..2].iter().sum::<i64>(), 16, "2000 per second, in 8 ms");
 }
 
 #[test]

@@ -152,6 +152,16 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
             &["bad.toml:16:8", "`removal.0.kind` is 3"],
         ),
         (
+            "count = 0",
+            "count = 0\n[[particles]]\nshape = { sphere = { diameter = 2e-3 } }\ndensity = 2500.0\ncount = 1\nmotion = \"fixed\"\n[[removal]]\nkind = 1\nregion = { lower = [0, 0, 0], upper = [0.02, 0.02, 0.002] }".into(),
+            &["`removal.0` removes", "prescribed"],
+        ),
+        (
+            "velocity = [0, 0, -0.5]\n",
+            removal("region = { lower = [-0.01, 0, 0], upper = [0.02, 0.02, 0.002] }\n"),
+            &["`removal.0.region.lower` lies outside the box: x is -0.01 m"],
+        ),
+        (
             "velocity = [0, 0, -0.5]",
             removal("kind = 0"),
             &["bad.toml:15:", "exactly one of `region`, `plane`, `outlet`"],

@@ -107,9 +107,9 @@ pub(super) struct RowCells {
     pub(super) from_centre: [f64; 2],
 }
 
-/// What is done with the rows of an image; must be inlined always.
+/// Work on the rows of an image; must be inlined always.
 pub(super) trait RowVisitor<S> {
-    /// Does it with the cells of a row, at least one.
+    /// Works on the cells of a row, at least one.
     fn visit<V: Registers>(&mut self, surface: &mut S, image: &Image, row: &RowCells);
 }
 

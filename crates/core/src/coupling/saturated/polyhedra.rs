@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 /// Distance (cells) that a point of a body may move before all cells are listed anew.
 const SKIN: f64 = 0.2;
-/// Cells are kept if bodies stay within the skin for so many steps.
+/// Least number of steps within the skin for which cells are kept.
 const STEPS: f64 = 3.0;
 /// Most faces of a body: one bit of a set each.
 const MOST_FACES: usize = u128::BITS as usize;
@@ -140,6 +140,10 @@ impl KeptPolyhedra {
             let has_cells = listed.segments > first;
             first = listed.segments;
             let shift = shift_of_reference(listed.reference, body.reference, domain);
+            // Those that go through the box cover the cells along it from a certain offset on.
+            if mapper.shape.passage().is_some_and(|passage| shift[passage.axis] != 0) {
+                return false;
+            }
             let moved = Vec3::from_fn(|a, _| (body.motion.centre[a] - listed.centre[a]) - shift[a] as f64);
             let turn = mapper.orientation * listed.turn.inverse();
             let farthest = moved.norm() + 2.0 * turn.imag().norm() * reach(mapper);

@@ -5,7 +5,7 @@ use crate::coupling::cover::Cover;
 use crate::coupling::tests::coupled;
 use crate::coupling::{CouplingParams, Method, Saturated, SolidOperator};
 use crate::fluid::ExchangeSum;
-use crate::shape::{Cuboid, Polyhedron, Sphere};
+use crate::shape::{Cuboid, Polyhedron, Sphere, Through};
 use std::collections::BTreeMap;
 
 const CELLS: [usize; 3] = [30, 26, 22];
@@ -40,7 +40,10 @@ fn moved(id: u64, step: u32, shape: &Arc<dyn Shape>, params: &CouplingParams) ->
     let reference = at.map(f64::round_ties_even);
     let centre = std::array::from_fn(|a| at[a] - reference[a]);
     let motion = RigidMotion { centre, ..RigidMotion::default() };
-    let turn = Quat::from_euler_angles(0.3 * k + 0.003 * t, 0.001 * t, 0.2 * k - 0.002 * t);
+    let turn = match shape.passage() {
+        Some(_) => Quat::identity(),
+        None => Quat::from_euler_angles(0.3 * k + 0.003 * t, 0.001 * t, 0.2 * k - 0.002 * t),
+    };
     let (reference, exchange) = (reference.map(|n| n as i64), ExchangeSum::default());
     let body = Body { id, reference, motion, exchange, departed: exchange };
     (body, Mapper::new(shape, turn, motion, params, 0.02))
@@ -58,7 +61,9 @@ fn polyhedra_kept_while_they_move_come_and_go_have_the_cells_of_those_found_anew
     };
     // In cells of the last more faces meet than are evaluated together.
     let cuboid: Arc<dyn Shape> = Arc::new(Cuboid::new(Vec3::new(4.3, 5.1, 6.2) * dx).unwrap());
-    let shapes = [cuboid, hull(3.0, 0), hull(1.6, 1)];
+    let prism = Arc::new(Cuboid::new(Vec3::new(30.0, 3.2, 2.7) * dx).unwrap());
+    let through: Arc<dyn Shape> = Arc::new(Through::new(prism, 0, Vec3::x()).unwrap());
+    let shapes = [cuboid, hull(3.0, 0), hull(1.6, 1), through];
     for simd in [Simd::Scalar, Simd::best()] {
         let (mut kept, mut unchanged, mut before) = (KeptPolyhedra::default(), 0, Vec::new());
         for step in 0..300 {
@@ -68,7 +73,7 @@ fn polyhedra_kept_while_they_move_come_and_go_have_the_cells_of_those_found_anew
                 4 => (100..170).contains(&step),
                 _ => true,
             };
-            let all = (0..6).filter(present).map(|id| moved(id, step, &shapes[id as usize % 3], &params));
+            let all = (0..6).filter(present).map(|id| moved(id, step, &shapes[id as usize % 4], &params));
             let (bodies, mappers): (Vec<Body>, Vec<Mapper>) = all.unzip();
             let polyhedra: Vec<_> = (0..).zip(&mappers).collect();
             kept.update(&polyhedra, &bodies, &domain, BLOCK, simd);
