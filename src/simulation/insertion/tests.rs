@@ -66,7 +66,7 @@ const WET: &str = "
     kind = 1
     region = { lower = [0, 0, 2.5e-3], upper = [4e-3, 4e-3, 4.5e-3] }
     particle_rate = 200
-    count = 3
+    count = 4
     every.steps = 30
     [[removal]]
     outlet = \"z-\"
