@@ -97,7 +97,7 @@ fn insertions_and_removals_that_cannot_be_are_refused() {
         (
             "particle_rate = 1000",
             "mass_rate = 10".into(),
-            &["bad.toml:13:13", "`insertion.0.mass_rate` asks for", "particles per second"],
+            &["bad.toml:13:13", "`insertion.0.mass_rate` requests", "particles per second"],
         ),
         (
             "particle_rate = 1000",
