@@ -44,11 +44,15 @@ pub enum Amount {
     VolumeFraction(f64),
 }
 
+/// Largest speed (m/s) with this mean velocity and these largest deviations from it.
+fn largest_speed([mean, spread]: [Vec3; 2]) -> f64 {
+    (mean.abs() + spread).norm()
+}
+
 impl Insertion {
     /// Largest speed of an inserted particle (m/s).
     pub fn speed(&self) -> f64 {
-        let [mean, spread] = self.bodies.velocity;
-        (mean.abs() + spread).norm()
+        largest_speed(self.bodies.velocity)
     }
 
     /// True of a step before which particles are inserted, if some are due.
@@ -84,9 +88,7 @@ impl Insertion {
         let volume = volume_passed(&self.region, 0.0, self.bodies.velocity[0].abs(), time);
         ((fraction * volume / self.volume) as u64).min(self.most)
     }
-}
 
-impl Insertion {
     /// Numbers by template of the [expected](Self::expected) particles.
     pub fn at_end(&self, end_step: u64, dt: f64) -> impl Iterator<Item = (usize, usize)> {
         let count = self.expected(end_step, dt) as f64;

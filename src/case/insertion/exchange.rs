@@ -4,7 +4,7 @@
 //! make room for others: with the volume `V` and the faces `A_i` of the region, grown by the reach of a body on each side, and a bound `u_i` of
 //! the speed there, at most `p (V + sum u_i A_i t)` of solid volume can come in a time `t`.
 
-use super::{Amount, Insertion, Removal, RemovedFrom, contours, volume_passed};
+use super::{Amount, Insertion, Removal, RemovedFrom, contours, largest_speed, volume_passed};
 use crate::case::checks::{Clock, Document};
 use crate::case::file::{AmountBy, Duration, FACES, InsertionSection, RegionSection, RemovalPlace};
 use crate::case::placement::{Placer, pose};
@@ -48,11 +48,6 @@ pub(in crate::case) fn refuse_engine(document: &Document, engine: &EngineChoice)
         format!("`{key}` changes the number of particles, which an external engine, `dem.engine`, cannot");
     let marks = [(key, "particles come or go"), ("dem.engine", "the engine")];
     Err(document.error_at(&marks, &title, "take dem.engine = \"native\", or remove the section"))
-}
-
-/// Bound of the speed of inserted particles (m/s).
-fn speed_of(section: &InsertionSection) -> f64 {
-    (Vec3::from(section.velocity).abs() + Vec3::from(section.velocity_spread)).norm()
 }
 
 impl Exchange<'_> {
@@ -148,7 +143,8 @@ impl Exchange<'_> {
             let title = format!("`{key}` ends at step {to}, but begins at step {from}");
             return Err(document.error_at(&marks, &title, "give a later end, or leave it out"));
         }
-        let (speed, cell) = (speed_of(section) * self.clock.time_step, self.domain().dx);
+        let velocity = [section.velocity, section.velocity_spread].map(Vec3::from);
+        let (speed, cell) = (largest_speed(velocity) * self.clock.time_step, self.domain().dx);
         if speed > cell {
             let title = format!(
                 "`{key}` inserts particles that would move by {:.3} cells in a step, more than 1",
@@ -172,7 +168,7 @@ impl Exchange<'_> {
                 seed: section.seed.unwrap_or(1).wrapping_add((n as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
                 fractions: kind.templates().zip(kind.fractions.iter().copied()).collect(),
                 orientation: orientation.transpose()?,
-                velocity: [section.velocity, section.velocity_spread].map(Vec3::from),
+                velocity,
             },
             region,
             amount,
