@@ -330,30 +330,33 @@ impl Vectorised for Evaluate<'_> {
     fn run<V: Registers>(self) {
         let KeptPolyhedra { rows, listed, runs, groups, faces: of_runs, .. } = self.kept;
         let (mut of_body, fractions) = (Vec::new(), rows.fractions());
-        let (mut run, mut group, mut of_run) = (0, 0, 0);
-        let mut present = self.polyhedra.iter();
+        let (mut first, mut present) = (0, self.polyhedra.iter());
         for listed in listed {
-            if listed.runs == run {
+            let own = first..listed.runs;
+            first = listed.runs;
+            if own.is_empty() {
                 continue;
             }
             let of = |(index, _): &&(u32, &Mapper)| self.bodies[*index as usize].id == listed.id;
             let (_, mapper) = present.find(of).expect("a body with cells is present");
-            let place = Some((mapper.motion.centre, mapper.orientation));
-            let at_rest = listed.found_at == place;
-            listed.found_at = place;
+            let place = (mapper.motion.centre, mapper.orientation);
+            if listed.found_at.replace(place) == Some(place) {
+                continue;
+            }
             of_body.clear();
             of_body.extend(planes(mapper).into_iter().flatten().map(Face::new));
-            for Run { groups: last_group, faces: last_face } in &runs[run..listed.runs] {
-                let near = &of_runs[of_run..*last_face];
-                for group in &groups[if at_rest { *last_group } else { group }..*last_group] {
+            let before = own.start.checked_sub(1).map(|last| &runs[last]);
+            let (mut group, mut face) = before.map_or((0, 0), |run| (run.groups, run.faces));
+            for run in &runs[own] {
+                let near = &of_runs[face..run.faces];
+                for group in &groups[group..run.groups] {
                     let of_group = group.fractions::<V>(&of_body, near, &mapper.motion, listed.moved);
                     for (to, fraction) in group.to.iter().zip(of_group) {
                         fractions[*to as usize] = fraction;
                     }
                 }
-                (group, of_run) = (*last_group, *last_face);
+                (group, face) = (run.groups, run.faces);
             }
-            run = listed.runs;
         }
     }
 }
