@@ -232,13 +232,30 @@ fn collision(document: &Document, lattice: &LatticeSection) -> Result<(Collision
             (Method::Saturated(saturated), CollisionKind::Trt, SATURATED_MAGIC)
         }
     };
-    let collision = match lattice.collision.unwrap_or(usual) {
-        CollisionKind::Trt => Collision::Trt { magic: lattice.magic_parameter.unwrap_or(usual_magic) },
-        CollisionKind::Bgk => {
-            if lattice.magic_parameter.is_some() {
-                return refused("magic_parameter", "collision", "trt", "bgk");
-            }
-            Collision::Bgk
+    let kind = lattice.collision.unwrap_or(usual);
+    let has = match kind {
+        CollisionKind::Bgk => "bgk",
+        CollisionKind::Trt => "trt",
+        CollisionKind::RecursiveRegularised => "recursive_regularised",
+    };
+    let regularised = matches!(kind, CollisionKind::RecursiveRegularised);
+    if lattice.magic_parameter.is_some() && !matches!(kind, CollisionKind::Trt) {
+        return refused("magic_parameter", "collision", "trt", has);
+    }
+    if lattice.smagorinsky.is_some() && !regularised {
+        return refused("smagorinsky", "collision", "recursive_regularised", has);
+    }
+    if regularised && matches!(coupling, Method::Homogenised(_)) {
+        let title = "`lattice.collision` \"recursive_regularised\" has cells with solids only with the coupling \"saturated\"";
+        let remedy = "remove `lattice.coupling`, or take \"trt\" or \"bgk\"";
+        return Err(document.error("lattice.collision", title, "not with \"homogenised\"", remedy));
+    }
+    let magic = lattice.magic_parameter.unwrap_or(usual_magic);
+    let collision = match kind {
+        CollisionKind::Bgk => Collision::Bgk,
+        CollisionKind::Trt => Collision::Trt { magic },
+        CollisionKind::RecursiveRegularised => {
+            Collision::RecursiveRegularised { magic, smagorinsky: lattice.smagorinsky.unwrap_or(0.0) }
         }
     };
     Ok((collision, coupling))

@@ -4,12 +4,13 @@
 //! couette, shear   u = u_0 + G x                          linear along a direction
 //! poiseuille       u = 6 U s (1 - s),  s = x / H          between two plates, of the mean velocity U
 //!                  u = 2 U (1 - r^2 / R^2)                in a pipe
-//! taylor_green     u_x = U sin(k_x x) cos(k_y y),  u_y = -U (k_x / k_y) cos(k_x x) sin(k_y y)
-//!                  p / rho = U^2 / 4 (cos(2 k_x x) + (k_x / k_y)^2 cos(2 k_y y))
+//! taylor_green     u_x = U sin(k x) cos(l y) cos(m z),  u_y = -U (k / l) cos(k x) sin(l y) cos(m z),  m = 0 in a plane
+//!                  p / rho = U^2 / 8 (A(k) cos(2 k x) + (k / l)^2 A(l) cos(2 l y)),  A(k) = 1 + cos(2 m z) k^2 / (k^2 + m^2)
 //! ```
 //!
-//! Each is a solution of the equations of Navier and Stokes, one wave of the vortices in each direction of the box. All but "couette" start
-//! with the pressure and the viscous stress of the flow, that is with the part of the populations that is not in equilibrium.
+//! Each but the vortices of three dimensions is a solution of the equations of Navier and Stokes; one wave of the vortices in each direction of
+//! the box. All but "couette" start with the pressure and the viscous stress of the flow, that is with the part of the populations that is not in
+//! equilibrium.
 //!
 //! Reference: Taylor and Green (1937), doi:10.1098/rspa.1937.0036.
 
@@ -58,10 +59,10 @@ pub enum StartFlow {
     },
     /// Vortices.
     TaylorGreen {
-        /// The directions of their plane.
-        axes: [usize; 2],
-        /// Wave numbers (1/m) along these.
-        waves: [f64; 2],
+        /// The directions of their plane, and the one across.
+        axes: [usize; 3],
+        /// Wave numbers (1/m) along these; 0 across if all planes are alike.
+        waves: [f64; 3],
         /// Largest velocity along the first (m/s).
         speed: f64,
     },
@@ -80,8 +81,9 @@ impl StartFlow {
                 let r = across(position, axis).norm() / radius;
                 mean * (2.0 * (1.0 - r * r).max(0.0))
             }
-            Self::TaylorGreen { axes: [a, b], waves: [k, l], speed } => {
+            Self::TaylorGreen { axes: [a, b, c], waves: [k, l, m], speed } => {
                 let ((sx, cx), (sy, cy)) = (libm::sincos(k * position[*a]), libm::sincos(l * position[*b]));
+                let speed = speed * libm::cos(m * position[*c]);
                 let mut velocity = Vec3::zeros();
                 velocity[*a] = speed * sx * cy;
                 velocity[*b] = -speed * (k / l) * cx * sy;
@@ -107,8 +109,12 @@ impl StartFlow {
                     matrix = mean * arm.transpose() * (-4.0 / (radius * radius));
                 }
             }
-            Self::TaylorGreen { axes: [a, b], waves: [k, l], speed } => {
+            Self::TaylorGreen { axes: [a, b, c], waves: [k, l, m], speed } => {
                 let ((sx, cx), (sy, cy)) = (libm::sincos(k * position[*a]), libm::sincos(l * position[*b]));
+                let (sz, cz) = libm::sincos(m * position[*c]);
+                let (along, speed) = (-speed * m * sz, speed * cz);
+                matrix[(*a, *c)] = along * sx * cy;
+                matrix[(*b, *c)] = -along * (k / l) * cx * sy;
                 matrix[(*a, *a)] = speed * k * cx * cy;
                 matrix[(*a, *b)] = -speed * l * sx * sy;
                 matrix[(*b, *a)] = speed * (k * k / l) * sx * sy;
@@ -131,9 +137,12 @@ impl StartFlow {
     /// Pressure over the density (m^2/s^2), without its mean.
     pub fn pressure(&self, position: Vec3) -> f64 {
         match self {
-            Self::TaylorGreen { axes: [a, b], waves: [k, l], speed } => {
-                let [cx, cy] = [(k, a), (l, b)].map(|(k, a)| libm::cos(2.0 * k * position[*a]));
-                0.25 * speed * speed * (cx + (k / l) * (k / l) * cy)
+            Self::TaylorGreen { axes: [a, b, c], waves: [k, l, m], speed } => {
+                let across = libm::cos(2.0 * m * position[*c]);
+                let [px, py] = [(k, a), (l, b)].map(|(k, a)| {
+                    libm::cos(2.0 * k * position[*a]) * (0.5 * (1.0 + across * (k * k / (k * k + m * m))))
+                });
+                0.25 * speed * speed * (px + (k / l) * (k / l) * py)
             }
             _ => 0.0,
         }
@@ -165,7 +174,7 @@ impl StartFlow {
             }
             Self::Slit { mean, .. } => 1.5 * mean.norm(),
             Self::Pipe { mean, .. } => 2.0 * mean.norm(),
-            Self::TaylorGreen { waves: [k, l], speed, .. } => speed.abs() * (k / l).max(1.0),
+            Self::TaylorGreen { waves: [k, l, _], speed, .. } => speed.abs() * (k / l).max(1.0),
         }
     }
 
@@ -305,13 +314,15 @@ fn taylor_green(
     section: &TaylorGreenSection,
 ) -> Result<StartFlow> {
     let (key, normal) = ("fluid.start.taylor_green", index(section.normal));
-    let axes = [(normal + 1) % 3, (normal + 2) % 3];
-    if !walls.is_empty() || axes.iter().any(|&axis| !domain.is_periodic(axis)) {
+    let axes = [(normal + 1) % 3, (normal + 2) % 3, normal];
+    let varied = if section.three_dimensional { 3 } else { 2 };
+    if !walls.is_empty() || axes[..varied].iter().any(|&axis| !domain.is_periodic(axis)) {
         let title = format!("`{key}` needs a box that is periodic in all directions");
         let remedy = "open the directions by `domain.periodic`, and remove walls";
         return Err(document.error(key, &title, "between walls", remedy));
     }
-    let waves = axes.map(|axis| TAU / domain.size()[axis]);
+    let mut waves = axes.map(|axis| TAU / domain.size()[axis]);
+    waves[varied..].fill(0.0);
     Ok(StartFlow::TaylorGreen { axes, waves, speed: section.velocity })
 }
 
@@ -401,7 +412,7 @@ mod tests {
         "walls=[{ name = \"p\", pipe = { point = [0, 7.5e-4, 1e-3], axis = [1, 0, 0], diameter = 1e-3 } }]";
 
     fn flows() -> Vec<StartFlow> {
-        let cases: [&[&str]; 5] = [
+        let cases: [&[&str]; 6] = [
             &["fluid.start={ uniform = [1e-3, -2e-3, 0] }"],
             &["fluid.start={ shear = { gradient = [3, -1, 0], along = \"z\", velocity = [1e-3, 0, 0] } }"],
             &["fluid.start={ poiseuille = { velocity = [2e-3, 1e-3, 0] } }"],
@@ -411,6 +422,7 @@ mod tests {
                 "domain.periodic=[true, false, false]",
             ],
             &["fluid.start={ taylor_green = { velocity = 4e-3, normal = \"x\" } }", OPEN],
+            &["fluid.start={ taylor_green = { velocity = 4e-3, three_dimensional = true } }", OPEN],
         ];
         cases.iter().map(|options| fluid(options).unwrap().expect_fluid().start.unwrap()).collect()
     }
@@ -459,7 +471,23 @@ mod tests {
     }
 
     #[test]
-    fn the_pressure_of_the_vortices_balances_their_inertia() {
+    fn the_pressure_of_vortices_keeps_them_free_of_divergence() {
+        for flow in &flows()[4..] {
+            for at in [Vec3::new(1e-4, 3e-4, 5e-4), Vec3::new(2e-4, 1.1e-3, 1.7e-3)] {
+                let h = 1e-6;
+                let curvature = (0..3).map(|j| {
+                    let step = Vec3::ith(j, h);
+                    (flow.pressure(at + step) + flow.pressure(at - step) - 2.0 * flow.pressure(at)) / (h * h)
+                });
+                let (curvature, gradient) = (curvature.sum::<f64>(), flow.gradient(at));
+                let source = (gradient * gradient).trace();
+                assert!((curvature + source).abs() < 1e-4 * gradient.norm_squared(), "{curvature} {source}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_pressure_of_vortices_in_a_plane_balances_their_inertia() {
         let flow = flows()[4];
         for at in [Vec3::new(1e-4, 3e-4, 5e-4), Vec3::new(2e-4, 1.1e-3, 1.7e-3)] {
             let h = 1e-8;

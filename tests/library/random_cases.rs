@@ -89,14 +89,16 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     }
     let precision = ["f16", "f32", "f64"].choose(random).unwrap();
     let tau = random.random_range(0.53..0.8);
-    let collision = ["bgk", "trt"].choose(random).unwrap();
     let operator = SolidOperator::ALL.choose(random).unwrap().name();
     let saturated = format!("\"saturated\"\nsolid_operator = \"{operator}\"");
     let coupling = if random.random_bool(0.3) { "\"paper\"" } else { &saturated };
+    let eddies = "\"recursive_regularised\"\nsmagorinsky = 0.15";
+    let operators = ["\"bgk\"", "\"trt\"", "\"recursive_regularised\"", eddies];
+    let collision = operators[..if coupling == "\"paper\"" { 2 } else { 4 }].choose(random).unwrap();
     write!(
         text,
         "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\
-         [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = \"{collision}\"\n\
+         [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = {collision}\n\
          coupling = {coupling}\n"
     )
     .unwrap();

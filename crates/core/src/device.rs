@@ -278,7 +278,7 @@ pub(crate) enum Argument<'a> {
     Long(u64),
     Ints([i32; 4]),
     Longs([u64; 19]),
-    Doubles([f64; 6]),
+    Doubles([f64; 8]),
 }
 
 /// Work on a device, done in the order in which it is given.

@@ -1,6 +1,6 @@
 //! The lattice Boltzmann fluid of one block, in lattice units.
 //!
-//! D3Q19, BGK or TRT, forces by the exact difference method ([`kernel`]); populations shifted by their weights and
+//! D3Q19, BGK, TRT or regularised, forces by the exact difference method ([`kernel`]); populations shifted by their weights and
 //! streamed in place in one buffer ([`layout`]); ghosts exchanged with the neighbouring blocks ([`halo`]); walls by
 //! half-way and interpolated bounce-back ([`walls`]). The fluid does not know particles: a sweep gets the cells that bodies cover and
 //! returns the momentum that each body received ([`bodies`]).
@@ -16,6 +16,7 @@ mod layout;
 mod measure;
 mod observe;
 mod population;
+mod regularised;
 mod rows;
 mod saved;
 mod segments;
@@ -42,11 +43,14 @@ use halo::FluidHalo;
 pub(crate) use images::INTS as IMAGE_INTS;
 pub use images::Images;
 use kernel::Measured;
+#[doc(hidden)]
+pub use kernel::{Operator, Recursive, TwoTimes};
 use layout::{AaPhase, Layout};
 pub use observe::{CellState, stream_bandwidth};
 #[doc(hidden)]
 pub use population::PopulationLanes;
 pub use population::{F16, Population};
+use regularised::with_eddies;
 use rows::RowOrder;
 pub use segments::{CoverCount, RowSegments, Segment};
 use serde::{Deserialize, Serialize};
@@ -94,6 +98,23 @@ pub enum Collision {
         /// The magic parameter (-); 3/16 puts half-way walls exactly half-way.
         magic: f64,
     },
+    /// Recursive regularised, with two relaxation times in cells with solids ([`regularised`]); everywhere with homogenised cells.
+    RecursiveRegularised {
+        /// The magic parameter of cells with solids (-).
+        magic: f64,
+        /// Smagorinsky's constant (-), 0 for none.
+        smagorinsky: f64,
+    },
+}
+
+impl Collision {
+    /// Smagorinsky's constant (-), 0 for none.
+    fn smagorinsky(self) -> f64 {
+        match self {
+            Self::Bgk | Self::Trt { .. } => 0.0,
+            Self::RecursiveRegularised { smagorinsky, .. } => smagorinsky,
+        }
+    }
 }
 
 /// Instruction set of the kernels; all give the same bits.
@@ -186,7 +207,9 @@ impl<S: Population> Fluid<S> {
         let (domain, block) = (&decomposition.domain, decomposition.block(comm.rank()));
         let relaxation_times = match params.collision {
             Collision::Bgk => [tau; 2],
-            Collision::Trt { magic } => [tau, 0.5 + magic / (tau - 0.5)],
+            Collision::Trt { magic } | Collision::RecursiveRegularised { magic, .. } => {
+                [tau, 0.5 + magic / (tau - 0.5)]
+            }
         };
         let order = RowOrder::new(decomposition, comm.rank());
         let arrays = (|| {
@@ -242,11 +265,12 @@ impl<S: Population> Fluid<S> {
     ///
     /// Reference: Krüger et al. (2017), The Lattice Boltzmann Method, Eq. (4.35).
     pub fn set_flow(&mut self, state: impl Fn([usize; 3]) -> FlowState) {
-        let tau = self.relaxation_times[0];
+        let (tau, smagorinsky) = (self.relaxation_times[0], self.params.collision.smagorinsky());
         self.set_cells(|at| {
             let FlowState { density, velocity, strain } = state(at);
             let mut g = shifted_equilibrium(density, velocity);
             if strain.iter().any(|&s| s != 0.0) {
+                let tau = with_eddies(tau, smagorinsky, strain);
                 let [xx, yy, zz, xy, xz, yz] = strain;
                 for (i, g) in g.iter_mut().enumerate() {
                     let [x, y, z] = C[i].map(|c| c as f64);
@@ -301,5 +325,7 @@ impl<S: Population> Fluid<S> {
 
 #[cfg(test)]
 mod half_tests;
+#[cfg(test)]
+mod regularised_tests;
 #[cfg(test)]
 mod tests;

@@ -30,6 +30,7 @@ mod shear_wave;
 mod slope;
 mod sphere_array;
 mod taylor_green;
+mod turbulence;
 mod watch;
 mod wet_impact;
 
@@ -77,6 +78,7 @@ pub const CASES: &[Case] = &[
     liggghts::CASE,
     wet_impact::CASE,
     drafting::CASE,
+    turbulence::CASE,
     random_array::CASE,
     shear_viscosity::CASE,
     hindered_settling::CASE,

@@ -53,6 +53,9 @@ pub struct TaylorGreenSection {
     /// The direction across their plane. Default "z", so that they are in x and y.
     #[serde(default = "across")]
     pub normal: Axis,
+    /// One wave across the plane, too: vortices that stretch each other and become turbulent at high Reynolds numbers. Default false.
+    #[serde(default)]
+    pub three_dimensional: bool,
 }
 
 fn across() -> Axis {

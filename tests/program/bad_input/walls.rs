@@ -211,6 +211,20 @@ fn materials_steps_and_dry_runs_that_make_no_sense_are_refused() {
             "relaxation_time = 0.55\ncollision = \"trt\"\nmagic_parameter = 0",
             &["bad.toml:13:19", "`lattice.magic_parameter` is 0"],
         ),
+        (
+            "relaxation_time = 0.55",
+            "relaxation_time = 0.55\ncollision = \"recursive_regularised\"\ncoupling = \"homogenised\"",
+            &["bad.toml:12:13", "only with the coupling \"saturated\"", "remove `lattice.coupling`"],
+        ),
+        (
+            "relaxation_time = 0.55",
+            "relaxation_time = 0.55\nsmagorinsky = 0.1",
+            &[
+                "bad.toml:12:15",
+                "`lattice.smagorinsky` belongs to",
+                "add `collision = \"recursive_regularised\"`",
+            ],
+        ),
         ("[run]", "[output]\nseries_every = \"never\"\n[run]", &["bad.toml:20:16", "\"never\"", "means"]),
         (
             "[run]",

@@ -4,7 +4,7 @@
 //! are evaluated side by side, [`GROUP`] at a time and without branches.
 
 use super::mapper::{Image, Mapper};
-use crate::fluid::simd::{Choose, Lanes, Registers, Vectorised, vectorise};
+use crate::fluid::simd::{Lanes, Registers, Vectorised, vectorise};
 use crate::fluid::{GROUP, Real, RowSegments, Segment, Simd};
 use crate::math::ROUND;
 

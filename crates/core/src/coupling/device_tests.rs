@@ -31,7 +31,9 @@ struct Scene {
 const MAGIC: Collision = Collision::Trt { magic: 0.125 };
 const PERIODIC: [bool; 3] = [true; 3];
 
-const SCENES: [Scene; 9] = [
+const RECURSIVE: Collision = Collision::RecursiveRegularised { magic: 0.125, smagorinsky: 0.2 };
+
+const SCENES: [Scene; 10] = [
     Scene {
         name: "fluid",
         cells: [37, 11, 9],
@@ -62,6 +64,14 @@ const SCENES: [Scene; 9] = [
         ends: [Face::Wall; 2],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
+        bodies: true,
+    },
+    Scene {
+        name: "recursive regularised, walls",
+        cells: [40, 26, 28],
+        ends: [Face::Wall; 2],
+        operator: Some(SolidOperator::Sc3),
+        collision: RECURSIVE,
         bodies: true,
     },
     Scene {
@@ -325,9 +335,11 @@ fn the_kernels_as_cpp_give_the_bits_of_the_processor() {
     assert!(device.is_some() || std::env::var_os("TURBID_NEEDS_DEVICE").is_none(), "no C++ compiler");
     let Some(device) = device else { return };
     // Kernels with other options take a second each to compile; all scenes are for drivers.
-    for (name, precision) in
-        [("walls", Precision::F32), ("bodies", Precision::F64), ("homogenised, walls", Precision::F32)]
-    {
+    for (name, precision) in [
+        ("recursive regularised, walls", Precision::F32),
+        ("bodies", Precision::F64),
+        ("homogenised, walls", Precision::F32),
+    ] {
         let scene = SCENES.iter().find(|scene| scene.name == name).expect("a scene");
         let expected = run(scene, precision, [1, 1, 1], None);
         let got = run(scene, precision, [1, 1, 1], Some(&device));

@@ -6,7 +6,7 @@
 
 use super::Real;
 use super::segments::{RowSegments, Segment};
-use super::simd::{Choose, Lanes, Registers, Tally};
+use super::simd::{Lanes, Registers, Tally};
 use super::solid::SolidModel;
 use super::solid_row::{RowCover, SolidRow};
 use super::spheres::SphereRows;

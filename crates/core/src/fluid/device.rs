@@ -12,6 +12,7 @@ mod populations;
 pub(super) use populations::Populations;
 
 use super::bodies::Body;
+use super::kernel::Operator;
 use super::layout::AaPhase;
 use super::population::Population;
 use super::solid::SolidModel;
@@ -40,13 +41,15 @@ const BODY_WORDS: usize = 12;
 /// Word of a flow in which no cell is too fast.
 const NO_FAULT: i64 = i64::MAX;
 
-/// Options of the preprocessor: numbers, method, whether populations relax in pairs, and the rules of links.
-pub(crate) fn options<S: Population, M: SolidModel>(model: M, pairs: bool) -> String {
+/// Options of the preprocessor: numbers, method, operator, and the rules of links.
+pub(crate) fn options<S: Population, M: SolidModel, O: Operator>(model: M) -> String {
     let real = if size_of::<S::Number>() == 4 { "float" } else { "double" };
     let stored = if S::IS_CONVERTED { "-DF16 " } else { "" };
-    let [volume, pairs] = [M::BY_VOLUME, pairs].map(i32::from);
-    let mut options =
-        format!("-DREAL={real} {stored}-DPAIRS={pairs} -DBY_VOLUME={volume} {}", model.kernel_options());
+    let [volume, pairs, regularised] = [M::BY_VOLUME, O::PAIRS, O::REGULARISED].map(i32::from);
+    let mut options = format!(
+        "-DREAL={real} {stored}-DPAIRS={pairs} -DREGULARISED={regularised} -DBY_VOLUME={volume} {}",
+        model.kernel_options()
+    );
     for rule in LinkRule::ALL {
         let _ = write!(options, " -D{}={}", rule.name(), rule as i32);
     }
@@ -166,7 +169,7 @@ impl<S: Population> DeviceSweep<S> {
         &mut self,
         populations: &mut Populations<S>,
         phase: AaPhase,
-        parameters: [S::Number; 6],
+        parameters: [S::Number; 8],
         images: &Images,
         bodies: &mut [Body],
         measure: bool,
@@ -194,7 +197,7 @@ impl<S: Population> DeviceSweep<S> {
         &mut self,
         populations: &Array,
         phase: AaPhase,
-        parameters: [f64; 6],
+        parameters: [f64; 8],
         images: &Images,
         received: &mut [i64],
         flow: Option<&mut Flow>,
@@ -219,7 +222,7 @@ impl<S: Population> DeviceSweep<S> {
         &self,
         populations: &Array,
         phase: AaPhase,
-        parameters: [f64; 6],
+        parameters: [f64; 8],
         measure: bool,
         received: usize,
     ) -> Done {

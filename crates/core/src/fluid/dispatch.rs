@@ -1,10 +1,11 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
 use super::bodies::BlockSolids;
-use super::kernel::{Measured, RelaxationFactors, Row, Slots, sweep_row};
+use super::kernel::{Measured, Operator, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
 use super::population::{F16, Population, PopulationLanes};
+use super::regularised::eddy_factor;
 use super::simd::{Choose, Lanes, Registers, Single, Tally};
 use super::solid::{CHUNK, SolidModel};
 use super::solid_row::SolidRow;
@@ -68,7 +69,7 @@ unsafe fn sweep_block<
     S: Population,
     R: PopulationLanes<S>,
     M: SolidModel,
-    const TRT: bool,
+    O: Operator,
     const WALLS: bool,
 >(
     sweep: Sweep<'_, 'b, S, M>,
@@ -107,9 +108,9 @@ unsafe fn sweep_block<
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
                 if flow.is_some() {
-                    sweep_row::<S, R, M, TRT, true>(&slots, &row, model, dead, solid, measured);
+                    sweep_row::<S, R, M, O, true>(&slots, &row, model, dead, solid, measured);
                 } else {
-                    sweep_row::<S, R, M, TRT, false>(&slots, &row, model, dead, solid, measured);
+                    sweep_row::<S, R, M, O, false>(&slots, &row, model, dead, solid, measured);
                 }
             }
             if let Some(walls) = walls {
@@ -144,18 +145,21 @@ unsafe fn sweep_block<
 
 /// Parameters of all rows of a block.
 pub(super) fn row_of<S: Population>(fluid: &Fluid<S>, acceleration: [f64; 3]) -> Row<S::Number> {
-    let [even, odd, x, y, z, above_half] = parameters_of(fluid.relaxation_times, acceleration);
+    let [even, odd, x, y, z, above_half, relaxation_time, eddies] = parameters_of(fluid, acceleration);
     Row {
         chunks: fluid.layout.chunks_per_row(),
         factors: RelaxationFactors { even, odd },
         acceleration: [x, y, z],
         above_half,
+        relaxation_time,
+        eddies,
     }
 }
 
-/// Factors of the relaxation of the even and the odd part, the acceleration, and `tau - 1/2`.
-pub(super) fn parameters_of<T: Real>([even, odd]: [f64; 2], [x, y, z]: [f64; 3]) -> [T; 6] {
-    [1.0 - 1.0 / even, 1.0 - 1.0 / odd, x, y, z, even - 0.5].map(T::from_f64)
+/// Factors of the relaxation of the even and the odd part, the acceleration, `tau - 1/2`, `tau`, and the factor of eddies.
+pub(super) fn parameters_of<S: Population, T: Real>(fluid: &Fluid<S>, [x, y, z]: [f64; 3]) -> [T; 8] {
+    let ([even, odd], eddies) = (fluid.relaxation_times, eddy_factor(fluid.params.collision.smagorinsky()));
+    [1.0 - 1.0 / even, 1.0 - 1.0 / odd, x, y, z, even - 0.5, even, eddies].map(T::from_f64)
 }
 
 /// Adds the first `nx` cells of a measured row, which begins at cell `at` of the box.
@@ -270,9 +274,9 @@ macro_rules! compiled_for {
             walls.bounce_row(entered, populations, row, false);
         }
         $(#[target_feature(enable = $feature)])?
-        fn $sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<$s, M>) {
+        fn $sweep<M: SolidModel, O: Operator, const WALLS: bool>(sweep: Sweep<$s, M>) {
             // SAFETY: `$lanes` and the three functions need the same instructions as this one.
-            unsafe { sweep_block::<$s, $lanes, M, TRT, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce)) };
+            unsafe { sweep_block::<$s, $lanes, M, O, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce)) };
         }
     };
     ($s:ty, $lanes:ty, $registers:ty, $measure:ident $(, $feature:literal)?) => {
@@ -354,7 +358,7 @@ macro_rules! population {
                 $masked
             }
 
-            fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>) {
+            fn sweep<M: SolidModel, O: Operator, const WALLS: bool>(sweep: Sweep<Self, M>) {
                 compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar, bounce_scalar]);
                 #[cfg(target_arch = "x86_64")]
                 {
@@ -386,15 +390,15 @@ macro_rules! population {
                     call!(
                         sweep.fluid.params.simd,
                         [
-                            scalar::<M, TRT, WALLS>,
-                            sse2::<M, TRT, WALLS>,
-                            avx2::<M, TRT, WALLS>,
-                            avx512::<M, TRT, WALLS>
+                            scalar::<M, O, WALLS>,
+                            sse2::<M, O, WALLS>,
+                            avx2::<M, O, WALLS>,
+                            avx512::<M, O, WALLS>
                         ](sweep)
                     );
                 }
                 #[cfg(not(target_arch = "x86_64"))]
-                scalar::<M, TRT, WALLS>(sweep);
+                scalar::<M, O, WALLS>(sweep);
             }
 
             fn measure<M: SolidModel>(

@@ -14,6 +14,7 @@
 
 use super::Real;
 use super::population::{Population, PopulationLanes};
+use super::regularised::Regularised;
 use super::simd::{Lanes, prefetch};
 use super::solid::{CHUNK, SolidModel};
 use super::solid_row::SolidRow;
@@ -51,6 +52,33 @@ impl<R: Copy> Moments<R> {
     {
         self.midway([self.rho * a[0], self.rho * a[1], self.rho * a[2]])
     }
+}
+
+/// Collision operator of cells without solids, compiled into the sweep.
+pub trait Operator {
+    /// Even and odd part of a pair of opposite populations relax apart.
+    const PAIRS: bool;
+    /// Of the deviation from equilibrium only what [`Regularised`] keeps is left; cells with solids relax in pairs.
+    const REGULARISED: bool = false;
+}
+
+/// One relaxation time.
+pub(crate) struct OneTime;
+impl Operator for OneTime {
+    const PAIRS: bool = false;
+}
+
+/// Two relaxation times.
+pub struct TwoTimes;
+impl Operator for TwoTimes {
+    const PAIRS: bool = true;
+}
+
+/// The recursive regularised collision.
+pub struct Recursive;
+impl Operator for Recursive {
+    const PAIRS: bool = true;
+    const REGULARISED: bool = true;
 }
 
 /// Moments of a register of cells from scaled populations.
@@ -112,13 +140,13 @@ pub(crate) struct Relaxation<R> {
 }
 
 impl<R: Copy> Relaxation<R> {
-    /// Relaxes the cells and pushes them to the velocity `target`, with two relaxation times if `TRT`.
+    /// Relaxes the cells and pushes them to the velocity `target`, with two relaxation times if the operator has them.
     ///
     /// With a solid that reflects the even part of a pair relaxes less and the odd part more, until all of `f_i + f_-i` stays and
     /// `f_i - f_-i` changes sign; the momentum changes by `rho ((1 - b) (u* - u) - 2 b (u - u_s))`. Cells without a solid get
     /// the same bits as with two relaxation times and without a reflection.
     #[inline(always)]
-    pub(crate) fn new<T: Real, const TRT: bool>(
+    pub(crate) fn new<T: Real, O: Operator>(
         cells: &Moments<R>,
         target: [R; 3],
         factors: RelaxationFactors<T>,
@@ -130,7 +158,7 @@ impl<R: Copy> Relaxation<R> {
         let Moments { deviation, rho, u, .. } = *cells;
         let c = |x: f64| R::splat(T::from_f64(x));
         let k = R::splat(factors.even);
-        let k_odd = if TRT { R::splat(factors.odd) } else { k };
+        let k_odd = if O::PAIRS { R::splat(factors.odd) } else { k };
         let (mut rest, mut half_odd) = (k, c(0.5) * k_odd);
         let (mut deviation, mut scale) = ((R::splat(T::ONE) - k) * deviation, c(0.125) * rho);
         let mut odd = u;
@@ -172,9 +200,9 @@ impl<R: Copy> Relaxation<R> {
         self.rest.mul_add(g, R::splat(T::from_f64(6.0)) * self.base[0])
     }
 
-    /// The populations `g_i, g_-i` of the pair that begins with direction `i` afterwards; even and odd part apart if `PAIRS`.
+    /// The populations `g_i, g_-i` of the pair that begins with direction `i` afterwards; even and odd part apart if `O::PAIRS`.
     #[inline(always)]
-    pub(crate) fn pair<T: Real, const PAIRS: bool>(&self, i: usize, [there, back]: [R; 2]) -> [R; 2]
+    pub(crate) fn pair<T: Real, O: Operator>(&self, i: usize, [there, back]: [R; 2]) -> [R; 2]
     where
         R: Lanes<T>,
     {
@@ -191,7 +219,7 @@ impl<R: Copy> Relaxation<R> {
             15 => ((diagonal + (yy + zz)) + yz, y + z),
             _ => ((diagonal + (yy + zz)) - yz, y - z),
         };
-        if PAIRS {
+        if O::PAIRS {
             let even = self.half.mul_add(there + back, e);
             let odd = self.half_odd.mul_add(there - back, o);
             [even + odd, even - odd]
@@ -224,7 +252,7 @@ impl<R: Copy> Relaxation<R> {
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots.
     #[inline(always)]
-    pub(crate) unsafe fn apply<S: Population, const PAIRS: bool>(
+    pub(crate) unsafe fn apply<S: Population, O: Operator>(
         &self,
         slots: &Slots<S>,
         x: usize,
@@ -246,7 +274,7 @@ impl<R: Copy> Relaxation<R> {
                     Some(g) => [g[i], g[i + 1]],
                     None => [R::load_scaled(slots[i].add(x)), R::load_scaled(slots[i + 1].add(x))],
                 };
-                store_pair(slots, x, i, scaled.pair::<S::Number, PAIRS>(i, pair));
+                store_pair(slots, x, i, scaled.pair::<S::Number, O>(i, pair));
             }
             at_rest.unscaled()
         }
@@ -285,6 +313,9 @@ pub struct Row<T> {
     pub(crate) acceleration: [T; 3],
     /// `t = tau - 1/2`.
     pub(crate) above_half: T,
+    /// `tau`, and the [factor of eddies](super::regularised::eddy_factor).
+    pub(super) relaxation_time: T,
+    pub(super) eddies: T,
 }
 
 /// Momentum of solids and fluid along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
@@ -316,7 +347,7 @@ pub(crate) unsafe fn sweep_row<
     S: Population,
     R: PopulationLanes<S>,
     M: SolidModel,
-    const TRT: bool,
+    O: Operator,
     const MEASURE: bool,
 >(
     slots: &Slots<S>,
@@ -348,14 +379,26 @@ pub(crate) unsafe fn sweep_row<
             let cells = moments::<S, R>(&g);
             let mean = if solids.is_used(x, R::WIDTH) {
                 // SAFETY: x + WIDTH <= chunks * CHUNK.
-                unsafe { model.collide::<S, R, TRT>(slots, &cells, a, row, solids, x) }
+                let mean = unsafe { model.collide::<S, R, O>(slots, &cells, a, row, solids, x) };
+                if O::REGULARISED {
+                    // SAFETY: as for the loads; the arrays of solids hold a chunk more than the row.
+                    unsafe {
+                        let solid = R::load(solids.fraction.as_ptr().add(x));
+                        Regularised::new::<S>(&g, &cells, a, row).store::<S>(slots, x, Some(solid));
+                    }
+                }
+                mean
+            } else if O::REGULARISED {
+                // SAFETY: as for the loads.
+                unsafe { Regularised::new::<S>(&g, &cells, a, row).store::<S>(slots, x, None) };
+                if M::MIDWAY { cells.driven(a) } else { cells.momentum }
             } else {
                 let u = cells.u;
                 let target = [u[0] + a[0], u[1] + a[1], u[2] + a[2]];
-                let relaxation = Relaxation::new::<S::Number, TRT>(&cells, target, row.factors, None);
+                let relaxation = Relaxation::new::<S::Number, O>(&cells, target, row.factors, None);
                 let kept = if S::IS_CONVERTED { Some(&g) } else { None };
                 // SAFETY: as for the loads.
-                unsafe { relaxation.apply::<S, TRT>(slots, x, kept) };
+                unsafe { relaxation.apply::<S, O>(slots, x, kept) };
                 if M::MIDWAY { cells.driven(a) } else { cells.momentum }
             };
             if MEASURE {

@@ -12,6 +12,7 @@
 
 use super::bodies::BlockSolids;
 use super::dispatch::{Real, Sweep};
+use super::kernel::Operator;
 use super::simd::Lanes;
 use super::solid::SolidModel;
 use super::{Flow, Fluid};
@@ -33,7 +34,7 @@ pub trait Population: Pod + Send + Sync {
     #[must_use]
     fn masked(self, mask: Self::Number) -> Self;
     #[doc(hidden)]
-    fn sweep<M: SolidModel, const TRT: bool, const WALLS: bool>(sweep: Sweep<Self, M>);
+    fn sweep<M: SolidModel, O: Operator, const WALLS: bool>(sweep: Sweep<Self, M>);
     #[doc(hidden)]
     fn measure<M: SolidModel>(
         fluid: &Fluid<Self>,

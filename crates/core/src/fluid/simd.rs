@@ -32,18 +32,18 @@ pub trait Lanes<T>: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output 
     fn mul_sub(self, factor: Self, term: Self) -> Self;
     /// `term - self * factor`, rounded once.
     fn neg_mul_add(self, factor: Self, term: Self) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// `self > other ? then : otherwise` lane by lane.
+    fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self;
 }
 
-/// Registers in which lanes can be chosen by comparison: for geometry.
+/// Registers for geometry.
 pub trait Choose<T>: Lanes<T> {
     /// `self / other`.
     fn over(self, other: Self) -> Self;
-    /// The square root.
-    fn sqrt(self) -> Self;
     /// `self < other ? self : other` lane by lane.
     fn min(self, other: Self) -> Self;
-    /// `self > other ? then : otherwise` lane by lane.
-    fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self;
     /// Returns true if `self > other` in some lane.
     fn any_greater(self, other: Self) -> bool;
 
@@ -145,16 +145,8 @@ macro_rules! scalar_lanes {
                 self / other
             }
             #[inline(always)]
-            fn sqrt(self) -> Self {
-                <$t>::sqrt(self)
-            }
-            #[inline(always)]
             fn min(self, other: Self) -> Self {
                 if self < other { self } else { other }
-            }
-            #[inline(always)]
-            fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self {
-                if self > other { then } else { otherwise }
             }
             #[inline(always)]
             fn any_greater(self, other: Self) -> bool {
@@ -201,6 +193,14 @@ macro_rules! scalar_lanes {
             #[inline(always)]
             fn neg_mul_add(self, factor: Self, term: Self) -> Self {
                 <$t>::mul_add(-self, factor, term)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$t>::sqrt(self)
+            }
+            #[inline(always)]
+            fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self {
+                if self > other { then } else { otherwise }
             }
         }
     };

@@ -1,7 +1,7 @@
 //! The collision of cells that solids cover.
 
 use super::Real;
-use super::kernel::{Moments, Row, Slots};
+use super::kernel::{Moments, Operator, Row, Slots};
 use super::population::{Population, PopulationLanes};
 use super::simd::Lanes;
 use super::solid_row::SolidRow;
@@ -17,6 +17,8 @@ pub trait SolidModel: Copy {
     /// Populations relax in pairs of opposite directions, even with one relaxation time: a cell without solids must not be
     /// rounded differently where it shares a register with one that has some.
     const PAIRS: bool;
+    /// Operator of a fluid whose collision is recursive regularised: that, or two relaxation times where this method is not compiled with it.
+    type Regularised: Operator;
     /// Solid fractions are of the volume: they add up to at most one, `B = max(0, 1 - sum e_k)`, and divide the momentum of
     /// a cell among bodies. Otherwise `B = prod (1 - phi_k)`, and each body receives what its own velocity says.
     const BY_VOLUME: bool;
@@ -28,7 +30,7 @@ pub trait SolidModel: Copy {
     ///
     /// # Safety
     /// `WIDTH` numbers can be read and written at `x` of all slots, and the row has as many cells from there on.
-    unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
+    unsafe fn collide<S: Population, R: PopulationLanes<S>, O: Operator>(
         self,
         slots: &Slots<S>,
         cells: &Moments<R>,

@@ -2,6 +2,7 @@
 
 use super::device::DeviceSweep;
 use super::device::options;
+use super::kernel::{OneTime, TwoTimes};
 use super::{
     BlockSolids, Collision, CoverCount, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch,
 };
@@ -24,10 +25,12 @@ impl<S: Population> Fluid<S> {
     /// # Errors
     /// [`Error::Input`] if the device has not the memory, [`Error::Kernels`] if its compiler refuses the kernels.
     pub fn use_device<M: SolidModel>(&mut self, device: &Device, model: M) -> Result<()> {
-        // As in `sweep_part`.
-        let pairs = M::PAIRS || self.params.collision != Collision::Bgk;
-        self.device =
-            SweepDevice::Device(Box::new(DeviceSweep::new(device, &options::<S, M>(model, pairs), self)?));
+        let options = match self.params.collision {
+            Collision::RecursiveRegularised { .. } => options::<S, M, M::Regularised>(model),
+            Collision::Bgk if !M::PAIRS => options::<S, M, OneTime>(model),
+            Collision::Bgk | Collision::Trt { .. } => options::<S, M, TwoTimes>(model),
+        };
+        self.device = SweepDevice::Device(Box::new(DeviceSweep::new(device, &options, self)?));
         Ok(())
     }
 
@@ -80,9 +83,9 @@ impl<S: Population> Fluid<S> {
     ) -> Option<Flow> {
         let (mut flow, entered) = (measure.then(Flow::default), self.phase.next());
         self.solid_row.count = CoverCount::default();
+        let row = dispatch::parameters_of(self, acceleration);
         match &mut self.device {
             SweepDevice::Device(device) => {
-                let row = dispatch::parameters_of(self.relaxation_times, acceleration);
                 let images = solids.images.expect("the images of bodies for a device");
                 flow = device.sweep(&mut self.populations, self.phase, row, images, solids.bodies, measure);
             }
@@ -111,14 +114,16 @@ impl<S: Population> Fluid<S> {
         solids: &mut BlockSolids<M>,
         flow: Option<&mut Flow>,
     ) {
-        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither.
-        let (pairs, walls) = (self.params.collision != Collision::Bgk, !self.walls.is_empty());
+        // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither; for the regularised collision
+        // once, which takes longer than to ask for walls.
+        let (collision, walls) = (self.params.collision, !self.walls.is_empty());
         let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
-        match (M::PAIRS || pairs, walls) {
-            (true, true) => S::sweep::<M, true, true>(sweep),
-            (true, false) => S::sweep::<M, true, false>(sweep),
-            (false, true) => S::sweep::<M, false, true>(sweep),
-            (false, false) => S::sweep::<M, false, false>(sweep),
+        match (collision, walls) {
+            (Collision::RecursiveRegularised { .. }, _) => S::sweep::<M, M::Regularised, true>(sweep),
+            (Collision::Bgk, true) if !M::PAIRS => S::sweep::<M, OneTime, true>(sweep),
+            (Collision::Bgk, false) if !M::PAIRS => S::sweep::<M, OneTime, false>(sweep),
+            (_, true) => S::sweep::<M, TwoTimes, true>(sweep),
+            (_, false) => S::sweep::<M, TwoTimes, false>(sweep),
         }
     }
 

@@ -6,11 +6,16 @@ use crate::comm::on_threads;
 use crate::coupling::tests::COUPLINGS;
 use crate::coupling::{Method, SolidOperator, sweep_alone};
 use crate::domain::Domain;
-use crate::lattice::C;
+use crate::lattice::{C, W};
 use crate::math::from_fixed_wide;
 use std::f64::consts::TAU;
 
-const BOTH: [Collision; 2] = [Collision::Bgk, Collision::Trt { magic: 0.1875 }];
+const OPERATORS: [Collision; 3] = [
+    Collision::Bgk,
+    Collision::Trt { magic: 0.1875 },
+    Collision::RecursiveRegularised { magic: 0.125, smagorinsky: 0.0 },
+];
+const EDDIES: Collision = Collision::RecursiveRegularised { magic: 0.125, smagorinsky: 0.3 };
 const ALL: [Simd; 4] = [Simd::Scalar, Simd::Sse2, Simd::Avx2, Simd::Avx512];
 
 pub(super) fn bgk(relaxation_time: f64, simd: Simd) -> FluidParams {
@@ -60,7 +65,7 @@ fn viscosity_error<S: Population>(relaxation_time: f64, collision: Collision, le
 #[test]
 fn a_shear_wave_decays_with_the_viscosity_of_the_relaxation_time() {
     for (tau, collision) in
-        [0.53, 0.55, 0.65, 0.8, 1.0].into_iter().flat_map(|tau| BOTH.map(|collision| (tau, collision)))
+        [0.53, 0.55, 0.65, 0.8, 1.0].into_iter().flat_map(|tau| OPERATORS.map(|collision| (tau, collision)))
     {
         let (single, double) =
             (viscosity_error::<f32>(tau, collision, 32), viscosity_error::<f64>(tau, collision, 32));
@@ -101,7 +106,7 @@ pub(super) fn taylor_green_error<S: Population>(length: usize, collision: Collis
 
 #[test]
 fn a_taylor_green_vortex_converges_with_second_order() {
-    for collision in BOTH {
+    for collision in OPERATORS {
         let errors = [16, 32, 64].map(|length| taylor_green_error::<f64>(length, collision));
         let orders = [(errors[0] / errors[1]).log2(), (errors[1] / errors[2]).log2()];
         println!("{collision:?}: Taylor-Green errors {errors:?}, orders {orders:?}");
@@ -203,20 +208,23 @@ fn sweep_cubes<S: Population>(fluid: &mut Fluid<S>, acceleration: [f64; 3], meth
     };
 }
 
+fn collision_of(method: Method) -> Collision {
+    match method {
+        Method::Homogenised(_) => Collision::Bgk,
+        Method::Saturated(_) => Collision::Trt { magic: 0.125 },
+    }
+}
+
 fn hash_after<S: Population>(
     cells: [usize; 3],
     ranks: usize,
     simd: Simd,
     steps: usize,
-    method: Method,
+    (method, collision): (Method, Collision),
 ) -> u64 {
     let decomposition =
         Decomposition::new(Domain { faces: Domain::faces([true; 3]), cells, dx: 1.0 }, ranks).unwrap();
     on_threads(ranks, |comm| {
-        let collision = match method {
-            Method::Homogenised(_) => Collision::Bgk,
-            Method::Saturated(_) => Collision::Trt { magic: 0.125 },
-        };
         let params = FluidParams { collision, ..bgk(0.56, simd) };
         let mut fluid = Fluid::<S>::new(&decomposition, &comm, &params, &Boundary::none()).unwrap();
         fluid.set_equilibrium(disturbed);
@@ -234,31 +242,35 @@ fn hash_after<S: Population>(
 fn any_number_of_ranks_and_any_instruction_set_give_the_same_bits() {
     let cells = [19, 14, 17];
     let all = COUPLINGS.into_iter().zip([20, 21, 20, 21]).chain([(COUPLINGS[0], 21)]);
+    let all = all.map(|(method, steps)| (method, collision_of(method), steps));
+    let all = all.chain([(COUPLINGS[3], EDDIES, 21), (COUPLINGS[1], EDDIES, 20)]);
     // Miri is a thousand times slower, and wants each access once.
-    let (cases, most) = if cfg!(miri) { (vec![(COUPLINGS[0], 2)], 2) } else { (all.collect(), 12) };
-    for (method, steps) in cases {
+    let (cases, most) =
+        if cfg!(miri) { (vec![(COUPLINGS[0], Collision::Bgk, 2)], 2) } else { (all.collect(), 12) };
+    for (method, collision, steps) in cases {
+        let of = (method, collision);
         let [half, single, double] = [
-            hash_after::<F16>(cells, 1, Simd::Scalar, steps, method),
-            hash_after::<f32>(cells, 1, Simd::Scalar, steps, method),
-            hash_after::<f64>(cells, 1, Simd::Scalar, steps, method),
+            hash_after::<F16>(cells, 1, Simd::Scalar, steps, of),
+            hash_after::<f32>(cells, 1, Simd::Scalar, steps, of),
+            hash_after::<f64>(cells, 1, Simd::Scalar, steps, of),
         ];
         assert_ne!(single, double);
         for ranks in [1, 2, 3, 4, 6, 8, 12].into_iter().filter(|ranks| *ranks <= most) {
             for simd in ALL.into_iter().filter(|simd| simd.is_available()) {
                 assert_eq!(
-                    hash_after::<F16>(cells, ranks, simd, steps, method),
+                    hash_after::<F16>(cells, ranks, simd, steps, of),
                     half,
-                    "f16, {ranks} ranks, {simd:?}, {method:?}"
+                    "f16, {ranks} ranks, {simd:?}, {of:?}"
                 );
                 assert_eq!(
-                    hash_after::<f32>(cells, ranks, simd, steps, method),
+                    hash_after::<f32>(cells, ranks, simd, steps, of),
                     single,
-                    "f32, {ranks} ranks, {simd:?}, {method:?}"
+                    "f32, {ranks} ranks, {simd:?}, {of:?}"
                 );
                 assert_eq!(
-                    hash_after::<f64>(cells, ranks, simd, steps, method),
+                    hash_after::<f64>(cells, ranks, simd, steps, of),
                     double,
-                    "f64, {ranks} ranks, {simd:?}, {method:?}"
+                    "f64, {ranks} ranks, {simd:?}, {of:?}"
                 );
             }
         }
@@ -282,8 +294,13 @@ fn collided(
     let tau = params.relaxation_time;
     let tau_odd = match params.collision {
         Collision::Bgk => tau,
-        Collision::Trt { magic } => 0.5 + magic / (tau - 0.5),
+        Collision::Trt { magic } | Collision::RecursiveRegularised { magic, .. } => 0.5 + magic / (tau - 0.5),
     };
+    if let (Collision::RecursiveRegularised { smagorinsky, .. }, Some(_), true) =
+        (params.collision, operator, e <= 0.0)
+    {
+        return regularised(g, tau, smagorinsky, a);
+    }
     let rho = 1.0 + g.iter().sum::<f64>();
     let u: [f64; 3] = std::array::from_fn(|a| (0..Q).map(|i| C[i][a] as f64 * g[i]).sum::<f64>() / rho);
     let opposite = crate::lattice::opposite;
@@ -326,6 +343,40 @@ fn collided(
     })
 }
 
+/// The recursive regularised collision by Hermite polynomials up to the third degree, with those combined that are orthogonal on this
+/// lattice (Coreixas 2017).
+fn regularised(g: &[f64; Q], tau: f64, smagorinsky: f64, a: [f64; 3]) -> [f64; Q] {
+    let delta = |a: usize, b: usize| if a == b { 1.0 } else { 0.0 };
+    let c = |i: usize| C[i].map(|c| c as f64);
+    let rho = 1.0 + g.iter().sum::<f64>();
+    let u: [f64; 3] = std::array::from_fn(|a| (0..Q).map(|i| c(i)[a] * g[i]).sum::<f64>() / rho);
+    let flux = |a: usize, b: usize| (0..Q).map(|i| c(i)[a] * c(i)[b] * (g[i] + W[i])).sum::<f64>();
+    let pi: [[f64; 3]; 3] = std::array::from_fn(|a| {
+        std::array::from_fn(|b| flux(a, b) - rho * (delta(a, b) / 3.0 + u[a] * u[b]))
+    });
+    let size = pi.iter().flatten().map(|pi| pi * pi).sum::<f64>().sqrt();
+    let root = tau * tau + 18.0 * 2.0_f64.sqrt() * smagorinsky * smagorinsky * size / rho;
+    let k = 1.0 - 2.0 / (tau + root.sqrt());
+    let t: [f64; 3] = std::array::from_fn(|axis| u[axis] + a[axis]);
+    let second = |a: usize, b: usize| rho * t[a] * t[b] + k * pi[a][b];
+    // Third moments a, b, b.
+    let third = |a: usize, b: usize| rho * t[a] * t[b] * t[b] + k * (t[a] * pi[b][b] + 2.0 * t[b] * pi[a][b]);
+    std::array::from_fn(|i| {
+        let c = c(i);
+        let h3 = |a: usize, b: usize| c[a] * (c[b] * c[b] - 1.0 / 3.0);
+        let mut f = rho + 3.0 * rho * (0..3).map(|a| c[a] * t[a]).sum::<f64>();
+        for (a, b) in (0..3).flat_map(|a| (0..3).map(move |b| (a, b))) {
+            f += 4.5 * (c[a] * c[b] - delta(a, b) / 3.0) * second(a, b);
+        }
+        for [a, b, d] in [[0, 1, 2], [1, 0, 2], [2, 0, 1]] {
+            let sums = (h3(a, b) + h3(a, d)) * (third(a, b) + third(a, d));
+            let differences = (h3(a, b) - h3(a, d)) * (third(a, b) - third(a, d));
+            f += 4.5 * (3.0 * sums + differences);
+        }
+        W[i] * f - W[i]
+    })
+}
+
 fn solids_of<M: SolidModel>(
     solids: &BlockSolids<M>,
     all: &[[usize; 3]],
@@ -347,7 +398,10 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
         .flat_map(|z| (0..cells[1]).flat_map(move |y| (0..cells[0]).map(move |x| [x, y, z])))
         .collect();
     let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
-    for (method, collision) in COUPLINGS.iter().flat_map(|&m| BOTH.map(|collision| (m, collision))) {
+    for (method, collision) in COUPLINGS
+        .iter()
+        .flat_map(|&m| OPERATORS.into_iter().chain([EDDIES]).map(move |collision| (m, collision)))
+    {
         let params = FluidParams { collision, ..bgk(0.6, Simd::best()) };
         let operator = match method {
             Method::Homogenised(_) => None,

@@ -88,6 +88,10 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
     let collision = match fluid.collision {
         Collision::Bgk => "one relaxation time".to_string(),
         Collision::Trt { magic } => format!("two relaxation times, magic parameter {magic:.5}"),
+        Collision::RecursiveRegularised { smagorinsky, .. } if smagorinsky > 0.0 => {
+            format!("recursive regularised, eddies with Smagorinsky's constant {smagorinsky}")
+        }
+        Collision::RecursiveRegularised { .. } => "recursive regularised".to_string(),
     };
     let (least, most) = diameters(setup);
     let of_diameter = if most - least > 1e-9 * most {

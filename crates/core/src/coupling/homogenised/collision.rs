@@ -1,18 +1,19 @@
 //! Collision of homogenised cells, and the momentum that they exchange.
 
 use super::Homogenised;
-use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, put};
+use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, TwoTimes, put};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
+use crate::fluid::{Operator, Population, PopulationLanes, Real, SolidModel, SolidRow};
 
 impl SolidModel for Homogenised {
     const PAIRS: bool = false;
+    type Regularised = TwoTimes;
     const BY_VOLUME: bool = false;
     const MIDWAY: bool = false;
 
     #[inline(always)]
-    unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
+    unsafe fn collide<S: Population, R: PopulationLanes<S>, O: Operator>(
         self,
         slots: &Slots<S>,
         cells: &Moments<R>,
@@ -32,8 +33,8 @@ impl SolidModel for Homogenised {
                 put(&mut solids.outgoing[axis], x, rho * target[axis]);
             }
             put(&mut solids.incoming[3], x, deviation - R::load_populations(slots[0].add(x)));
-            let relaxation = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
-            let at_rest = relaxation.apply::<S, TRT>(slots, x, None);
+            let relaxation = Relaxation::new::<S::Number, O>(cells, target, row.factors, None);
+            let at_rest = relaxation.apply::<S, O>(slots, x, None);
             put(&mut solids.outgoing[3], x, deviation - at_rest);
         }
         momentum

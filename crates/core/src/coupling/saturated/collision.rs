@@ -1,10 +1,10 @@
 //! Collision of partially saturated cells, and the momentum that they exchange.
 
 use super::Saturated;
-use crate::fluid::kernel::{Moments, Reflection, Relaxation, Row, Slots, put, store_pair};
+use crate::fluid::kernel::{Moments, Recursive, Reflection, Relaxation, Row, Slots, put, store_pair};
 use crate::fluid::simd::Lanes;
 use crate::fluid::solid::{Covered, Measure};
-use crate::fluid::{Population, PopulationLanes, Real, SolidModel, SolidRow};
+use crate::fluid::{Operator, Population, PopulationLanes, Real, SolidModel, SolidRow};
 use crate::lattice::{C, Q, W};
 use serde::{Deserialize, Serialize};
 
@@ -50,11 +50,12 @@ impl SolidOperator {
 
 impl SolidModel for Saturated {
     const PAIRS: bool = true;
+    type Regularised = Recursive;
     const BY_VOLUME: bool = true;
     const MIDWAY: bool = true;
 
     #[inline(always)]
-    unsafe fn collide<S: Population, R: PopulationLanes<S>, const TRT: bool>(
+    unsafe fn collide<S: Population, R: PopulationLanes<S>, O: Operator>(
         self,
         slots: &Slots<S>,
         cells: &Moments<R>,
@@ -83,11 +84,11 @@ impl SolidModel for Saturated {
         // SAFETY: promised by the caller.
         unsafe {
             if self.operator == SolidOperator::Sc3 {
-                Relaxation::new::<S::Number, TRT>(cells, target, row.factors, Some(reflection))
-                    .apply::<S, true>(slots, x, None);
+                Relaxation::new::<S::Number, O>(cells, target, row.factors, Some(reflection))
+                    .apply::<S, O>(slots, x, None);
             } else {
-                let fluid = Relaxation::new::<S::Number, TRT>(cells, target, row.factors, None);
-                self.pull::<S, R, TRT>(&fluid, slots, cells, row, x, (b, velocity));
+                let fluid = Relaxation::new::<S::Number, O>(cells, target, row.factors, None);
+                self.pull::<S, R, O>(&fluid, slots, cells, row, x, (b, velocity));
             }
         }
         with_solid(&covered, cells, gained)
@@ -153,7 +154,7 @@ impl Saturated {
     /// # Safety
     /// As for [`SolidModel::collide`].
     #[inline(always)]
-    unsafe fn pull<S: Population, R: PopulationLanes<S>, const TRT: bool>(
+    unsafe fn pull<S: Population, R: PopulationLanes<S>, O: Operator>(
         self,
         fluid: &Relaxation<R>,
         slots: &Slots<S>,
@@ -162,7 +163,7 @@ impl Saturated {
         x: usize,
         (b, velocity): (R, [R; 3]),
     ) {
-        let to_solid = Relaxation::new::<S::Number, TRT>(cells, velocity, row.factors, None);
+        let to_solid = Relaxation::new::<S::Number, O>(cells, velocity, row.factors, None);
         // Cells of weight 0 keep every bit.
         let mix = |relaxed: R, pulled: R| b.mul_add(pulled - relaxed, relaxed);
         let sc2 = self.operator == SolidOperator::Sc2;
@@ -173,9 +174,9 @@ impl Saturated {
             mix(fluid.at_rest(g), pulled).store_populations(slots[0].add(x));
             for i in (1..Q).step_by(2) {
                 let pair = [R::load_populations(slots[i].add(x)), R::load_populations(slots[i + 1].add(x))];
-                let relaxed = fluid.pair::<S::Number, true>(i, pair);
+                let relaxed = fluid.pair::<S::Number, O>(i, pair);
                 let pulled = if sc2 {
-                    to_solid.pair::<S::Number, true>(i, pair)
+                    to_solid.pair::<S::Number, O>(i, pair)
                 } else {
                     [pair[1] + bounced(cells, velocity, i), pair[0] + bounced(cells, velocity, i + 1)]
                 };

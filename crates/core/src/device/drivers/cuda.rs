@@ -185,12 +185,17 @@ mod tests {
     use super::*;
     use crate::coupling::{Homogenised, Saturated, SolidOperator};
     use crate::fluid::device::{KERNELS, options};
+    use crate::fluid::kernel::{Recursive, TwoTimes};
     use crate::fluid::{F16, Population};
 
     /// Options for all methods.
     fn all<S: Population>() -> Vec<String> {
-        let saturated = SolidOperator::ALL.map(|of| options::<S, _>(Saturated::new(of), true));
-        [&saturated[..], &[options::<S, _>(Homogenised { ramp: 1.0 }, true)]].concat()
+        let saturated = SolidOperator::ALL.map(|of| options::<S, _, TwoTimes>(Saturated::new(of)));
+        let others = [
+            options::<S, _, Recursive>(Saturated::new(SolidOperator::Sc3)),
+            options::<S, _, TwoTimes>(Homogenised { ramp: 1.0 }),
+        ];
+        [&saturated[..], &others].concat()
     }
 
     /// Without NVRTC nothing is compiled, unless `TURBID_NEEDS_NVRTC` is set.

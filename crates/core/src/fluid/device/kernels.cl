@@ -1,7 +1,8 @@
 // The sweep of the fluid on a device, to the bits of `sweep_row`: OpenCL C 1.2 with 64-bit atomics and double precision; CUDA C++ after
 // `crate::device`'s `cuda.h`.
 //
-// Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), BY_VOLUME
+// Built with REAL (float or double: what is computed with), F16 (stored as binary16 of 2^15 g), PAIRS (populations relax in pairs), REGULARISED
+// (cells without solids by the recursive regularised collision), BY_VOLUME
 // (0: homogenised cells; 1: partially saturated ones, with SC1, SC2 or SC3, their operator, and MOMENTUM, what it gives to a wholly solid
 // cell), the numbers of the rules of links, and WARPS where 32 consecutive items add up by instructions of NVIDIA's. Products and sums are never contracted; `fma` stands where
 // the processor's kernels have it. A work-group sweeps a tile of TX x TY x TZ cells. Formulas: `fluid/kernel.rs`, `coupling/saturated.rs`,
@@ -40,12 +41,12 @@ typedef REAL Stored;
 #endif
 
 // Distances from the slot of a cell to those of its populations, and the parameters of a sweep: factors of the even and the odd part,
-// acceleration, t = tau - 1/2.
+// acceleration, t = tau - 1/2, tau, and the factor of eddies.
 typedef struct {
     ulong of[Q];
 } Slots;
 typedef struct {
-    double of[6];
+    double of[8];
 } Parameters;
 
 // ---- fixed-point sums ----
@@ -169,6 +170,81 @@ void pair_of(const Relaxation* r, int i, REAL there, REAL back, REAL* first, REA
     *second = fma(r->rest, back, e - o);
 #endif
 }
+
+#if REGULARISED
+// `Regularised` of `fluid/regularised.rs`.
+typedef struct {
+    REAL base[2], quadratic[6], along[3], across[6];
+} Regularised;
+
+#define NORMAL(s, one, other, a) fma(-c->m[a], c->u[a], UNSCALED(((s) + (one)) + (other)) - isotropic)
+#define SHEAR(plus, minus, a, b) fma(-c->m[a], c->u[b], UNSCALED((plus) - (minus)))
+
+Regularised regularised_of(const REAL g[Q], const Moments* c, const Parameters* p) {
+    REAL s7 = g[7] + g[8], s9 = g[9] + g[10], s11 = g[11] + g[12], s13 = g[13] + g[14], s15 = g[15] + g[16], s17 = g[17] + g[18];
+    REAL isotropic = K(1.0 / 3.0) * c->deviation;
+    REAL pi[6] = {NORMAL(g[1] + g[2], s7 + s9, s11 + s13, 0), NORMAL(g[3] + g[4], s7 + s9, s15 + s17, 1),
+                  NORMAL(g[5] + g[6], s11 + s13, s15 + s17, 2), SHEAR(s7, s9, 0, 1), SHEAR(s11, s13, 0, 2), SHEAR(s15, s17, 1, 2)};
+    REAL k = K(p->of[0]), eddies = K(p->of[7]);
+    if (eddies > K(0.0)) {
+        REAL diagonal = fma(pi[0], pi[0], fma(pi[1], pi[1], pi[2] * pi[2]));
+        REAL size = sqrt(fma(K(2.0), fma(pi[3], pi[3], fma(pi[4], pi[4], pi[5] * pi[5])), diagonal));
+        REAL tau = K(p->of[6]), root = eddies * (size * (K(1.0) / c->rho));
+        REAL all = K(0.5) * (tau + sqrt(fma(tau, tau, root)));
+        k = K(1.0) - K(1.0) / all;
+    }
+    REAL t[3], q[3], normal[3];
+    for (int a = 0; a < 6; a++) pi[a] = k * pi[a];
+    for (int a = 0; a < 3; a++) {
+        t[a] = c->u[a] + K(p->of[2 + a]);
+        q[a] = c->rho * t[a];
+        normal[a] = fma(q[a], t[a], pi[a]);
+    }
+    Regularised r;
+    for (int a = 0; a < 3; a++) {
+        REAL linear = K(1.0 / 12.0) * q[a], third[2];
+        for (int n = 0; n < 2; n++) {
+            // The other axes in ascending order; of the shears that of `a` and `b`.
+            int b = n + (n >= a);
+            third[n] = fma(t[a], normal[b], (t[b] + t[b]) * pi[2 + a + b]);
+            r.across[2 * a + n] = SCALED(fma(K(0.25), third[n], linear));
+        }
+        r.along[a] = SCALED(fma(-K(0.5), third[0] + third[1], linear + linear));
+    }
+    REAL xx = K(0.125) * normal[0], yy = K(0.125) * normal[1], zz = K(0.125) * normal[2];
+    REAL base = fma(-K(12.0), (xx + yy) + zz, c->deviation);
+    r.base[0] = SCALED(K(1.0 / 18.0) * base);
+    r.base[1] = SCALED(K(1.0 / 36.0) * base);
+    r.quadratic[0] = SCALED(xx);
+    r.quadratic[1] = SCALED(yy);
+    r.quadratic[2] = SCALED(zz);
+    r.quadratic[3] = SCALED(K(0.25) * fma(q[0], t[1], pi[3]));
+    r.quadratic[4] = SCALED(K(0.25) * fma(q[0], t[2], pi[4]));
+    r.quadratic[5] = SCALED(K(0.25) * fma(q[1], t[2], pi[5]));
+    return r;
+}
+
+void regularised_pair(const Regularised* r, int i, REAL* first, REAL* second) {
+    REAL axis = r->base[0], diagonal = r->base[1];
+    REAL xx = r->quadratic[0], yy = r->quadratic[1], zz = r->quadratic[2];
+    REAL xy = r->quadratic[3], xz = r->quadratic[4], yz = r->quadratic[5];
+    const REAL* across = r->across;
+    REAL e, o;
+    switch (i) {
+        case 1: e = axis + (xx + xx); o = r->along[0]; break;
+        case 3: e = axis + (yy + yy); o = r->along[1]; break;
+        case 5: e = axis + (zz + zz); o = r->along[2]; break;
+        case 7: e = (diagonal + (xx + yy)) + xy; o = across[0] + across[2]; break;
+        case 9: e = (diagonal + (xx + yy)) - xy; o = across[0] - across[2]; break;
+        case 11: e = (diagonal + (xx + zz)) + xz; o = across[1] + across[4]; break;
+        case 13: e = (diagonal + (xx + zz)) - xz; o = across[1] - across[4]; break;
+        case 15: e = (diagonal + (yy + zz)) + yz; o = across[3] + across[5]; break;
+        default: e = (diagonal + (yy + zz)) - yz; o = across[3] - across[5];
+    }
+    *first = e + o;
+    *second = e - o;
+}
+#endif
 
 // Volume fractions of partially saturated cells.
 
@@ -693,6 +769,17 @@ __kernel WORK_GROUP(TILE) void sweep(
 #endif
                 WRITE(g, cell + slots.of[i + 1], SCALED(fma(reflection.b, pulled_there - there, there)));
                 WRITE(g, cell + slots.of[i], SCALED(fma(reflection.b, pulled_back - back, back)));
+            }
+#endif
+#if REGULARISED
+        } else if (!is_covered) {
+            Regularised open = regularised_of(f, &c, &relaxation);
+            WRITE(g, cell + slots.of[0], K(6.0) * open.base[0]);
+            for (int i = 1; i < Q; i += 2) {
+                REAL there, back;
+                regularised_pair(&open, i, &there, &back);
+                WRITE(g, cell + slots.of[i + 1], there);
+                WRITE(g, cell + slots.of[i], back);
             }
 #endif
         } else {

@@ -20,7 +20,7 @@ macro_rules! operator {
 macro_rules! vector_lanes {
     ($($name:ident $t:ident $width:literal $register:ident:
        $load:ident $store:ident $set:ident $add:ident $sub:ident $mul:ident $div:ident $max:ident
-       $fma:ident $fms:ident $fnma:ident;)*) => {$(
+       $fma:ident $fms:ident $fnma:ident $sqrt:ident |$a:ident, $b:ident, $then:ident, $otherwise:ident| $chosen:expr;)*) => {$(
         /// A vector register.
         #[derive(Clone, Copy)]
         #[repr(transparent)]
@@ -71,11 +71,22 @@ macro_rules! vector_lanes {
                 // SAFETY: the type exists only where its instruction set and FMA are enabled.
                 Self(unsafe { $fnma(self.0, factor.0, term.0) })
             }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                // SAFETY: the type exists only where its instruction set is enabled.
+                Self(unsafe { $sqrt(self.0) })
+            }
+            #[inline(always)]
+            fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self {
+                let ($a, $b, $then, $otherwise) = (self.0, other.0, then.0, otherwise.0);
+                // SAFETY: the type exists only where its instruction set and FMA, which implies AVX, are enabled.
+                Self(unsafe { $chosen })
+            }
         }
     )*};
 }
 macro_rules! choose {
-    ($($name:ident $t:ident: $div:ident $sqrt:ident $min:ident $andnot:ident $movemask:ident $blend:ident ($($greater:tt)*);)*) => {$(
+    ($($name:ident $t:ident: $div:ident $min:ident $andnot:ident $movemask:ident ($($greater:tt)*);)*) => {$(
         impl Choose<$t> for $name {
             #[inline(always)]
             fn over(self, other: Self) -> Self {
@@ -83,19 +94,9 @@ macro_rules! choose {
                 Self(unsafe { $div(self.0, other.0) })
             }
             #[inline(always)]
-            fn sqrt(self) -> Self {
-                // SAFETY: the type exists only where its instruction set is enabled.
-                Self(unsafe { $sqrt(self.0) })
-            }
-            #[inline(always)]
             fn min(self, other: Self) -> Self {
                 // SAFETY: the type exists only where its instruction set is enabled.
                 Self(unsafe { $min(self.0, other.0) })
-            }
-            #[inline(always)]
-            fn if_greater(self, other: Self, then: Self, otherwise: Self) -> Self {
-                // SAFETY: the type exists only where its instruction set and FMA, which implies AVX, are enabled.
-                Self(unsafe { $blend(otherwise.0, then.0, $($greater)*(self.0, other.0)) })
             }
             #[inline(always)]
             fn any_greater(self, other: Self) -> bool {
@@ -111,12 +112,10 @@ macro_rules! choose {
     )*};
 }
 choose! {
-    F32x4 f32: _mm_div_ps _mm_sqrt_ps _mm_min_ps _mm_andnot_ps _mm_movemask_ps _mm_blendv_ps (_mm_cmpgt_ps);
-    F64x2 f64: _mm_div_pd _mm_sqrt_pd _mm_min_pd _mm_andnot_pd _mm_movemask_pd _mm_blendv_pd (_mm_cmpgt_pd);
-    F32x8 f32: _mm256_div_ps _mm256_sqrt_ps _mm256_min_ps _mm256_andnot_ps _mm256_movemask_ps _mm256_blendv_ps
-        (_mm256_cmp_ps::<_CMP_GT_OQ>);
-    F64x4 f64: _mm256_div_pd _mm256_sqrt_pd _mm256_min_pd _mm256_andnot_pd _mm256_movemask_pd _mm256_blendv_pd
-        (_mm256_cmp_pd::<_CMP_GT_OQ>);
+    F32x4 f32: _mm_div_ps _mm_min_ps _mm_andnot_ps _mm_movemask_ps (_mm_cmpgt_ps);
+    F64x2 f64: _mm_div_pd _mm_min_pd _mm_andnot_pd _mm_movemask_pd (_mm_cmpgt_pd);
+    F32x8 f32: _mm256_div_ps _mm256_min_ps _mm256_andnot_ps _mm256_movemask_ps (_mm256_cmp_ps::<_CMP_GT_OQ>);
+    F64x4 f64: _mm256_div_pd _mm256_min_pd _mm256_andnot_pd _mm256_movemask_pd (_mm256_cmp_pd::<_CMP_GT_OQ>);
 }
 
 macro_rules! tally {
@@ -211,25 +210,31 @@ vector_lanes! {
     F32x4 f32 4 __m128:
         _mm_loadu_ps _mm_storeu_ps _mm_set1_ps _mm_add_ps
         _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_max_ps
-        _mm_fmadd_ps _mm_fmsub_ps _mm_fnmadd_ps;
+        _mm_fmadd_ps _mm_fmsub_ps _mm_fnmadd_ps _mm_sqrt_ps
+        |a, b, then, otherwise| _mm_blendv_ps(otherwise, then, _mm_cmpgt_ps(a, b));
     F64x2 f64 2 __m128d:
         _mm_loadu_pd _mm_storeu_pd _mm_set1_pd _mm_add_pd
         _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_max_pd
-        _mm_fmadd_pd _mm_fmsub_pd _mm_fnmadd_pd;
+        _mm_fmadd_pd _mm_fmsub_pd _mm_fnmadd_pd _mm_sqrt_pd
+        |a, b, then, otherwise| _mm_blendv_pd(otherwise, then, _mm_cmpgt_pd(a, b));
     F32x8 f32 8 __m256:
         _mm256_loadu_ps _mm256_storeu_ps _mm256_set1_ps _mm256_add_ps
         _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_max_ps
-        _mm256_fmadd_ps _mm256_fmsub_ps _mm256_fnmadd_ps;
+        _mm256_fmadd_ps _mm256_fmsub_ps _mm256_fnmadd_ps _mm256_sqrt_ps
+        |a, b, then, otherwise| _mm256_blendv_ps(otherwise, then, _mm256_cmp_ps::<_CMP_GT_OQ>(a, b));
     F64x4 f64 4 __m256d:
         _mm256_loadu_pd _mm256_storeu_pd _mm256_set1_pd _mm256_add_pd
         _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_max_pd
-        _mm256_fmadd_pd _mm256_fmsub_pd _mm256_fnmadd_pd;
+        _mm256_fmadd_pd _mm256_fmsub_pd _mm256_fnmadd_pd _mm256_sqrt_pd
+        |a, b, then, otherwise| _mm256_blendv_pd(otherwise, then, _mm256_cmp_pd::<_CMP_GT_OQ>(a, b));
     F32x16 f32 16 __m512:
         _mm512_loadu_ps _mm512_storeu_ps _mm512_set1_ps _mm512_add_ps
         _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_max_ps
-        _mm512_fmadd_ps _mm512_fmsub_ps _mm512_fnmadd_ps;
+        _mm512_fmadd_ps _mm512_fmsub_ps _mm512_fnmadd_ps _mm512_sqrt_ps
+        |a, b, then, otherwise| _mm512_mask_blend_ps(_mm512_cmp_ps_mask::<_CMP_GT_OQ>(a, b), otherwise, then);
     F64x8 f64 8 __m512d:
         _mm512_loadu_pd _mm512_storeu_pd _mm512_set1_pd _mm512_add_pd
         _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_max_pd
-        _mm512_fmadd_pd _mm512_fmsub_pd _mm512_fnmadd_pd;
+        _mm512_fmadd_pd _mm512_fmsub_pd _mm512_fnmadd_pd _mm512_sqrt_pd
+        |a, b, then, otherwise| _mm512_mask_blend_pd(_mm512_cmp_pd_mask::<_CMP_GT_OQ>(a, b), otherwise, then);
 }
