@@ -98,7 +98,7 @@ pub enum Collision {
         /// The magic parameter (-); 3/16 puts half-way walls exactly half-way.
         magic: f64,
     },
-    /// Recursive regularised, with two relaxation times in cells with solids ([`regularised`]); everywhere with homogenised cells.
+    /// Recursive regularised, with two relaxation times in cells with solids ([`regularised`]); not with homogenised cells.
     RecursiveRegularised {
         /// The magic parameter of cells with solids (-).
         magic: f64,
@@ -245,6 +245,11 @@ impl<S: Population> Fluid<S> {
         };
         fluid.begin();
         Ok(fluid)
+    }
+
+    /// The collision operator.
+    pub(crate) fn collision(&self) -> Collision {
+        self.params.collision
     }
 
     /// The block of cells.

@@ -4,11 +4,11 @@ use super::Coupling;
 use super::cover::Cover;
 use super::homogenised::Homogenised;
 use super::mapper::{Image, Mapper};
-use super::saturated::Saturated;
+use super::saturated::{Saturated, SolidOperator};
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, CellState, ExchangeSum, Flow, Fluid, Images, Population, RigidMotion, RowSegments, Simd,
-    SolidModel, SphereRows,
+    BlockSolids, CellState, Collision, ExchangeSum, Flow, Fluid, Images, Population, RigidMotion,
+    RowSegments, Simd, SolidModel, SphereRows,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -166,12 +166,27 @@ pub(crate) fn sweep_alone<S: Population>(
     acceleration: [f64; 3],
     measure: bool,
 ) -> Option<Flow> {
-    let solids = &mut BlockSolids {
-        segments: [&RowSegments::default(), &RowSegments::default()],
-        spheres: &SphereRows::default(),
-        bodies: &mut [],
-        model: Homogenised { ramp: 1.0 },
-        images: Some(&Images::default()),
-    };
-    fluid.sweep(acceleration, solids, measure)
+    fn with<S: Population, M: SolidModel>(
+        fluid: &mut Fluid<S>,
+        a: [f64; 3],
+        measure: bool,
+        model: M,
+    ) -> Option<Flow> {
+        let solids = &mut BlockSolids {
+            segments: [&RowSegments::default(), &RowSegments::default()],
+            spheres: &SphereRows::default(),
+            bodies: &mut [],
+            model,
+            images: Some(&Images::default()),
+        };
+        fluid.sweep(a, solids, measure)
+    }
+    match fluid.collision() {
+        Collision::RecursiveRegularised { .. } => {
+            with(fluid, acceleration, measure, Saturated::new(SolidOperator::default()))
+        }
+        Collision::Bgk | Collision::Trt { .. } => {
+            with(fluid, acceleration, measure, Homogenised { ramp: 1.0 })
+        }
+    }
 }

@@ -17,7 +17,7 @@ pub trait SolidModel: Copy {
     /// Populations relax in pairs of opposite directions, even with one relaxation time: a cell without solids must not be
     /// rounded differently where it shares a register with one that has some.
     const PAIRS: bool;
-    /// Operator of a fluid whose collision is recursive regularised: that, or two relaxation times where this method is not compiled with it.
+    /// Operator of a fluid whose collision is recursive regularised; any other of a method that does not have it.
     type Regularised: Operator;
     /// Solid fractions are of the volume: they add up to at most one, `B = max(0, 1 - sum e_k)`, and divide the momentum of
     /// a cell among bodies. Otherwise `B = prod (1 - phi_k)`, and each body receives what its own velocity says.

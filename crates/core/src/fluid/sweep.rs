@@ -2,7 +2,7 @@
 
 use super::device::DeviceSweep;
 use super::device::options;
-use super::kernel::{OneTime, TwoTimes};
+use super::kernel::{OneTime, Operator, TwoTimes};
 use super::{
     BlockSolids, Collision, CoverCount, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch,
 };
@@ -81,6 +81,8 @@ impl<S: Population> Fluid<S> {
         solids: &mut BlockSolids<M>,
         measure: bool,
     ) -> Option<Flow> {
+        let regularised = matches!(self.params.collision, Collision::RecursiveRegularised { .. });
+        assert!(!regularised || M::Regularised::REGULARISED, "a coupling that has this collision");
         let (mut flow, entered) = (measure.then(Flow::default), self.phase.next());
         self.solid_row.count = CoverCount::default();
         let row = dispatch::parameters_of(self, acceleration);
