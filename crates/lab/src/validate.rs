@@ -9,7 +9,6 @@ mod cohesion;
 mod context;
 mod cylinder;
 mod drafting;
-mod flow_past_sphere;
 mod friction;
 mod hertz;
 mod hindered_settling;
@@ -63,7 +62,6 @@ pub const CASES: &[Case] = &[
     round_walls::CASE,
     open_faces::CASE,
     cylinder::CASE,
-    flow_past_sphere::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
     net_flux::CASE,
