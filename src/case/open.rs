@@ -14,6 +14,11 @@ use std::collections::BTreeMap;
 /// Largest density of an outlet over the reference, minus 1: the pressure is linear in the density.
 const LARGEST_EXCESS: f64 = 0.1;
 
+/// Rate at which the pressure of an outlet that absorbs sound returns to its value, over the speed of sound divided by the length of the box.
+///
+/// Reference: Poinsot, Lele (1992), doi:10.1016/0021-9991(92)90046-2: 0.25 reflects little and lets the mean pressure drift little.
+const RELAXATION: f64 = 0.25;
+
 /// Sets the kinds of the faces, outlets at the reference density; returns the inlets by numbers of walls.
 pub(super) fn open_faces(
     document: &Document,
@@ -60,8 +65,11 @@ pub(super) fn open_faces(
 /// Gives outlets their densities, once the units of the lattice are known.
 pub(super) fn set_pressures(document: &Document, domain: &mut Domain, units: &Units) -> Result<()> {
     for (n, name) in FACES.into_iter().enumerate() {
-        let Face::Outlet { excess } = &mut domain.faces[n] else { continue };
+        let length = domain.cells[n / 2] as f64;
+        let Face::Outlet { excess, relaxation } = &mut domain.faces[n] else { continue };
         let section = document.case.domain.faces.get(name).and_then(|face| face.outlet.as_ref());
+        let absorbs = section.is_some_and(|outlet| outlet.absorbs_sound);
+        *relaxation = absorbs.then(|| RELAXATION / (3.0_f64.sqrt() * length));
         let pressure = section.map_or(0.0, |outlet| outlet.pressure);
         *excess = pressure / units.pressure();
         if excess.abs() > LARGEST_EXCESS {
@@ -89,8 +97,9 @@ impl Setup {
                 let profile = if *profile == Profile::Uniform { "uniform" } else { "parabolic" };
                 Some(format!("inlet, {profile}, {varies}({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z))
             }
-            Face::Outlet { excess } => {
-                Some(format!("outlet, pressure {:.3e} Pa", excess * self.units().pressure()))
+            Face::Outlet { excess, relaxation } => {
+                let absorbs = if relaxation.is_some() { ", absorbs sound" } else { "" };
+                Some(format!("outlet, pressure {:.3e} Pa{absorbs}", excess * self.units().pressure()))
             }
             Face::FreeSlip => Some("free slip".to_string()),
             Face::Periodic | Face::Wall => None,
@@ -102,7 +111,7 @@ impl Setup {
 fn kind(document: &Document, key: &str, section: &FaceSection) -> Result<Face> {
     let given = [
         ("inlet", section.inlet.is_some(), Face::Inlet),
-        ("outlet", section.outlet.is_some(), Face::Outlet { excess: 0.0 }),
+        ("outlet", section.outlet.is_some(), Face::Outlet { excess: 0.0, relaxation: None }),
         ("free_slip", section.free_slip, Face::FreeSlip),
     ];
     let given: Vec<_> = given.into_iter().filter(|(_, is_given, _)| *is_given).collect();
@@ -170,8 +179,11 @@ fn velocity(
 /// The profile of a flow between the walls round a face.
 fn parabola(document: &Document, domain: &Domain, walls: &[PlacedWall], face: usize) -> Result<Profile> {
     let (normal, size) = (face / 2, domain.size());
-    let listed: Vec<&Surface> =
-        walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface).collect();
+    // A rod across the flow that does not reach the face has no part in the profile there.
+    let end = if face.is_multiple_of(2) { 0.0 } else { size[normal] };
+    let is_behind = |surface: &Surface| matches!(surface, Surface::Cylinder { point, axis, radius, pipe: false } if axis[normal].abs() < 1e-9 && (point[normal] - end).abs() >= *radius);
+    let listed = walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface);
+    let listed: Vec<&Surface> = listed.filter(|surface| !is_behind(surface)).collect();
     match listed[..] {
         [] => {}
         [&Surface::Cylinder { point, axis, radius, pipe: true }]
@@ -255,7 +267,7 @@ mod tests {
         );
         let [left, right, _, _, floor, top] = setup.domain.faces;
         assert_eq!([left, floor, top], [Face::Inlet, Face::Wall, Face::FreeSlip]);
-        let Face::Outlet { excess } = right else { panic!("{right:?}") };
+        let Face::Outlet { excess, relaxation: None } = right else { panic!("{right:?}") };
         // p = c_s^2 rho' with c_s^2 = (dx / dt)^2 / 3.
         let speed = setup.domain.dx / setup.time_step;
         assert!((excess * 1000.0 * speed * speed / 3.0 - 0.02).abs() < 1e-12);
@@ -263,6 +275,12 @@ mod tests {
         assert_eq!(setup.inlets[&0].profile, Profile::Parabolic([None, None, Some([0.0, 8e-3])]));
         assert_eq!(setup.inlets[&0].velocity.at(0.0), Vec3::new(1e-3, 0.0, 0.0));
         assert_eq!(setup.open_faces(), [0, 1]);
+        let absorbing = super::tests::setup("{ \"x+\".outlet.absorbs_sound = true }", "");
+        let Face::Outlet { relaxation: Some(rate), .. } = absorbing.domain.faces[1] else {
+            panic!("{absorbing:?}")
+        };
+        // A quarter of the speed of sound over the 40 cells along x.
+        assert!((rate * 160.0 * 3.0_f64.sqrt() - 1.0).abs() < 1e-12);
         let described: Vec<_> = (0..setup.walls.len()).map(|wall| setup.passage(wall)).collect();
         let starts = ["inlet, parabolic, (1.000e-3", "outlet, pressure 2.000e-2 Pa", "", "free slip"];
         for (text, start) in described.iter().zip(starts) {
@@ -279,5 +297,27 @@ mod tests {
         let centre = [0.0, 2e-3, 2e-3];
         let expected = Profile::Round { centre, axis: 0, radius: 1.5e-3 };
         assert_eq!(setup(faces, pipe).inlets[&0].profile, expected);
+    }
+
+    #[test]
+    fn a_rod_across_the_flow_has_no_part_in_the_profile_of_an_inlet_that_it_does_not_reach() {
+        let faces = "{ x-.inlet = { velocity = [1e-3, 0, 0], profile = \"parabolic\" }, \"x+\".outlet = {} }";
+        let rod = |x: f64| {
+            format!(
+                "walls = [{{ name = \"rod\", rod = {{ point = [{x}, 0, 2e-3], axis = [0, 1, 0], diameter = 1e-3 }} }}]"
+            )
+        };
+        let expected = Profile::Parabolic([None, None, Some([0.0, 4e-3])]);
+        assert_eq!(setup(faces, &rod(2e-3)).inlets[&0].profile, expected);
+        let text = format!(
+            "domain = {{ size = [8e-3, 4e-3, 4e-3], periodic = [false, true, false], faces = {faces} }}\n\
+             fluid = {{ density = 1000, viscosity = 1e-6 }}\n\
+             lattice = {{ cells_per_diameter = 5, relaxation_time = 0.6 }}\n\
+             run.end.steps = 10\n\
+             particles = [{{ shape.sphere.diameter = 1e-3, density = 2000, list = [] }}]\n{}",
+            rod(4e-4)
+        );
+        let error = from_text(&text, "open", &[]).unwrap_err().to_string();
+        assert!(error.contains("not one pipe along its normal"), "{error}");
     }
 }

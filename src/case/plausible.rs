@@ -147,7 +147,7 @@ impl Review<'_> {
             follow(&format!("the fluid at the inlet \"{name}\""), speed, &key, None)?;
         }
         for axis in 0..3 {
-            let [Face::Outlet { excess: low }, Face::Outlet { excess: high }] =
+            let [Face::Outlet { excess: low, .. }, Face::Outlet { excess: high, .. }] =
                 [0, 1].map(|end| setup.domain.faces[2 * axis + end])
             else {
                 continue;

@@ -279,7 +279,8 @@ fn face_of(face: Face) -> Json {
         Face::Wall => json!("wall"),
         Face::FreeSlip => json!("free_slip"),
         Face::Inlet => json!("inlet"),
-        Face::Outlet { excess } => json!({ "outlet": excess }),
+        Face::Outlet { excess, relaxation: None } => json!({ "outlet": excess }),
+        Face::Outlet { excess, relaxation } => json!({ "outlet": excess, "relaxation": relaxation }),
     }
 }
 

@@ -19,7 +19,7 @@ use std::path::Path;
 struct SavedState {
     /// From [`DemEngine::save`](crate::dem::DemEngine::save).
     engine: Vec<u8>,
-    /// From [`Coupling::save`](crate::coupling::Coupling::save).
+    /// From [`Coupling::save`](crate::coupling::Coupling::save) and [`AnyFluid::save_means`].
     coupling: Vec<u8>,
     /// The same on every rank.
     driving: SavedDriving,
@@ -50,11 +50,12 @@ impl Simulation {
         let mut most = [mean.max_lattice_speed];
         self.comm.max(&mut most);
         mean.max_lattice_speed = most[0];
-        Ok(SavedState {
-            engine: self.dem.save()?,
-            coupling: (self.system.as_ref()).map_or_else(Vec::new, |system| system.coupling.save()),
-            driving: (mean, self.control_record()),
-        })
+        let coupling = self.system.as_ref().map_or_else(Vec::new, |system| {
+            let mut bytes = system.coupling.save();
+            system.fluid.save_means(&mut bytes);
+            bytes
+        });
+        Ok(SavedState { engine: self.dem.save()?, coupling, driving: (mean, self.control_record()) })
     }
 
     /// Appends the populations of plane `z` of the box, which crosses the block of this rank.
@@ -80,8 +81,10 @@ impl Simulation {
             system.move_walls(step.checked_sub(1));
             let FluidSystem { fluid, coupling, driving, .. } = system;
             let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
+            let own = fluid.restore_means(couplings);
             fluid.resume();
-            let known = coupling.restore(self.dem.particles(), couplings).map_err(Error::Input);
+            let known = own.and_then(|own| coupling.restore(self.dem.particles(), &own));
+            let known = known.map_err(Error::Input);
             if couplings.is_empty() {
                 // The fluid in a body moves as the body.
                 coupling

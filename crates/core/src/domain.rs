@@ -25,6 +25,8 @@ pub enum Face {
     Outlet {
         /// Density there over the reference, minus 1.
         excess: f64,
+        /// Rate (1 / time step) at which the pressure returns to it after sound has left; none if sound is reflected.
+        relaxation: Option<f64>,
     },
 }
 
@@ -40,7 +42,7 @@ impl Face {
     }
 
     /// Returns true if what comes back into a cell beside the face was sent by another cell.
-    pub(crate) fn passes(self) -> bool {
+    pub(crate) fn sends_to_neighbours(self) -> bool {
         matches!(self, Self::FreeSlip | Self::Outlet { .. })
     }
 }

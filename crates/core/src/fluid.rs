@@ -59,6 +59,7 @@ pub(crate) use solid_row::SolidRow;
 pub(crate) use spheres::{HALF_DIAGONAL, NEAR};
 pub use spheres::{LatticeSphere, SphereImage, SphereRows};
 use sweep::SweepDevice;
+pub(crate) use walls::SavedMean;
 use walls::Walls;
 pub use walls::{Boundary, HALF_WAY, PartOfLink, WallLoad, WallMotion};
 
@@ -218,12 +219,9 @@ impl<S: Population> Fluid<S> {
             let bytes = block.size().map(|n| n as f64).iter().product::<f64>() * Self::SAVED_BYTES as f64;
             let layout = Layout::new(block.size(), size_of::<S>());
             let layout = layout.ok_or_else(|| memory::refused(bytes, &what))?;
-            Ok((
-                Buffer::zeroed(layout.len(), &what)?,
-                FluidHalo::new(&layout, decomposition, comm)?,
-                Walls::new(&layout, order, domain, block, boundary, relaxation_times)?,
-                layout,
-            ))
+            let walls = Walls::new(&layout, order, domain, block, boundary, relaxation_times)?;
+            let populations = Buffer::zeroed(layout.len() + walls.tail(), &what)?;
+            Ok((populations, FluidHalo::new(&layout, decomposition, comm)?, walls, layout))
         })();
         let (populations, halo, walls, layout) = comm.agree(arrays)?;
         let row = layout.chunks_per_row() * CHUNK;
@@ -315,7 +313,7 @@ impl<S: Population> Fluid<S> {
     /// Makes what walls send back that of populations which are there in the phase `Even`.
     fn begin(&mut self) {
         self.walls.begin(&self.layout, &mut self.populations);
-        if self.domain.faces.iter().any(|face| face.passes()) {
+        if self.domain.faces.iter().any(|face| face.sends_to_neighbours()) {
             self.halo.exchange(&mut self.populations, AaPhase::Even);
         }
         self.walls.begin_interpolated(&mut self.populations);

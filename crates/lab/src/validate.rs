@@ -7,6 +7,7 @@
 mod channel;
 mod cohesion;
 mod context;
+mod cylinder;
 mod drafting;
 mod friction;
 mod hertz;
@@ -61,6 +62,7 @@ pub const CASES: &[Case] = &[
     channel::CASE,
     round_walls::CASE,
     open_faces::CASE,
+    cylinder::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
     net_flux::CASE,

@@ -74,6 +74,10 @@ pub struct OutletSection {
     /// Pressure (Pa) over that of the fluid at rest, without the hydrostatic part. Default 0.
     #[serde(default)]
     pub pressure: f64,
+    /// Lets sound leave instead of reflecting it; the pressure then differs from this where the velocity changes within the time that
+    /// sound takes to cross the box a few times. Default false.
+    #[serde(default)]
+    pub absorbs_sound: bool,
 }
 
 /// A wall in the box: exactly one of `plane`, `pipe`, `rod`.

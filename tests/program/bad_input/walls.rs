@@ -384,6 +384,11 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
             closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ density = 1 }} }}")),
             &["bad.toml:7:", "unknown key `density`"],
         ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ absorbs_sound = 1 }} }}")),
+            &["bad.toml:7:", "absorbs_sound"],
+        ),
     ];
     for (good, spoilt, words) in &tables {
         all_refused(&[(good, spoilt, words)]);

@@ -7,7 +7,8 @@ use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{
-    Boundary, CellState, F16, Flow, FlowState, Fluid, FluidParams, Images, Precision, WallLoad, WallMotion,
+    Boundary, CellState, F16, Flow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean, WallLoad,
+    WallMotion,
 };
 
 /// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
@@ -21,6 +22,9 @@ pub enum AnyFluid {
 }
 
 /// The same words for all precisions.
+/// End of the bytes of a rank that has means.
+const MEANS: &[u8] = b"outlets\0";
+
 macro_rules! either {
     ($of:expr, $fluid:ident => $words:expr) => {
         match $of {
@@ -200,6 +204,44 @@ impl AnyFluid {
     /// Their defect.
     pub fn restore(&mut self, cells: Block, bytes: &[u8]) -> std::result::Result<(), String> {
         either!(self, fluid => fluid.restore(cells, bytes))
+    }
+
+    /// Appends the mean momenta at outlets of the block that let sound leave, if there are some.
+    pub fn save_means(&self, out: &mut Vec<u8>) {
+        let saved = either!(self, fluid => fluid.save_means());
+        if !saved.is_empty() {
+            out.extend_from_slice(bytemuck::cast_slice(&saved));
+            out.extend_from_slice(&(saved.len() as u64).to_le_bytes());
+            out.extend_from_slice(MEANS);
+        }
+    }
+
+    /// Takes those that all blocks have appended, and leaves what they were appended to; before [`resume`](Self::resume). Where there is none
+    /// the mean begins as the momentum that is there.
+    ///
+    /// # Errors
+    /// Their defect.
+    pub fn restore_means<'a>(&mut self, parts: &'a [Vec<u8>]) -> std::result::Result<Vec<&'a [u8]>, String> {
+        let (mut saved, mut rests): (Vec<SavedMean>, _) = (Vec::new(), Vec::new());
+        for (n, part) in (1..).zip(parts) {
+            let Some(head) = part.strip_suffix(MEANS) else {
+                rests.push(&part[..]);
+                continue;
+            };
+            let defect = || format!("part {n} of the coupling: the means at outlets are of another form");
+            let (head, count) = head.split_last_chunk().ok_or_else(defect)?;
+            let bytes = usize::try_from(u64::from_le_bytes(*count)).ok();
+            let bytes = bytes.and_then(|count| count.checked_mul(size_of::<SavedMean>()));
+            let rest = bytes.and_then(|bytes| head.len().checked_sub(bytes)).ok_or_else(defect)?;
+            let means = head[rest..].chunks_exact(size_of::<SavedMean>());
+            saved.extend(means.map(bytemuck::pod_read_unaligned::<SavedMean>));
+            rests.push(&head[..rest]);
+        }
+        if saved.iter().any(|of| !of.is_sound()) {
+            return Err("a mean momentum at an outlet is that of no fluid".to_string());
+        }
+        either!(self, fluid => fluid.restore_means(&saved));
+        Ok(rests)
     }
 
     /// Makes the restored populations the state between two steps.

@@ -93,7 +93,7 @@ const SCENES: [Scene; 10] = [
     Scene {
         name: "inlet and outlet",
         cells: [40, 26, 28],
-        ends: [Face::Inlet, Face::Outlet { excess: -0.01 }],
+        ends: [Face::Inlet, Face::Outlet { excess: -0.01, relaxation: Some(0.01) }],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
@@ -101,7 +101,7 @@ const SCENES: [Scene; 10] = [
     Scene {
         name: "free slip and outlet",
         cells: [40, 26, 28],
-        ends: [Face::FreeSlip, Face::Outlet { excess: 0.01 }],
+        ends: [Face::FreeSlip, Face::Outlet { excess: 0.01, relaxation: None }],
         operator: None,
         collision: Collision::Bgk,
         bodies: true,

@@ -73,7 +73,7 @@ impl Coupling {
     ///
     /// # Errors
     /// Defect of the parts.
-    pub fn restore(&mut self, particles: &ParticleStore, parts: &[Vec<u8>]) -> Result<(), String> {
+    pub fn restore(&mut self, particles: &ParticleStore, parts: &[&[u8]]) -> Result<(), String> {
         let light = !self.virtual_masses.is_empty();
         let size = if light { size_of::<SweptLight>() } else { size_of::<Swept>() };
         let mut swept: BTreeMap<u64, SweptLight> = BTreeMap::new();

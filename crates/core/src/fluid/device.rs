@@ -6,7 +6,7 @@
 
 mod bodies;
 mod exchange;
-mod passing;
+mod outlets;
 mod populations;
 
 pub(super) use populations::Populations;
@@ -62,7 +62,7 @@ struct CompiledKernels {
     flow_total: NamedKernel,
     copy_links: NamedKernel,
     interpolate_links: NamedKernel,
-    pass_outlets: NamedKernel,
+    outlets: NamedKernel,
     pack: NamedKernel,
     unpack: NamedKernel,
     departed: NamedKernel,
@@ -76,7 +76,7 @@ impl CompiledKernels {
             flow_total: of.kernel("flow_total"),
             copy_links: of.kernel("copy_links"),
             interpolate_links: of.kernel("interpolate_links"),
-            pass_outlets: of.kernel("pass_outlets"),
+            outlets: of.kernel("outlets"),
             pack: of.kernel("pack"),
             unpack: of.kernel("unpack"),
             departed: of.kernel("departed"),
@@ -118,7 +118,7 @@ impl<S: Population> DeviceSweep<S> {
         let (queue, layout) = (Rc::new(device.queue(&compiled)?), &fluid.layout);
         let [x, y, z] = layout.size;
         let what = format!("the populations of a block of {x} x {y} x {z} cells");
-        let array = queue.zeroed(layout.len() * size_of::<S>(), &what)?;
+        let array = queue.zeroed(size_of_val(&fluid.populations[..]), &what)?;
         let phases = [AaPhase::Even, AaPhase::Odd];
         let left = phases.map(|phase| {
             let left: [u64; Q] = std::array::from_fn(|i| layout.left(phase, i) as u64);
@@ -213,7 +213,7 @@ impl<S: Population> DeviceSweep<S> {
         self.transferred += size_of_val(received) as u64;
         // The host need not wait for these.
         self.copy(&self.exchange.swept[phase.next() as usize], populations)?;
-        self.pass_outlets(self.exchange.outlets[phase.next() as usize].as_ref(), populations)?;
+        self.apply_outlets(self.exchange.outlets[phase.next() as usize].as_ref(), populations)?;
         self.interpolate(self.exchange.interpolated[0].as_ref(), phase.next(), populations)
     }
 

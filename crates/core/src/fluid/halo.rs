@@ -3,7 +3,7 @@
 //! After a sweep from [`AaPhase::Even`] the boundary cells of a block are copied to the ghosts of its neighbours (*fill*),
 //! which the next sweep reads and writes; after that one the ghosts are copied back (*return*). Both copy the same slots:
 //! for a face the 5 populations that cross it, for an edge 1, for a corner none. Nothing crosses a closed face; along one that
-//! [passes](crate::domain::Face::passes) populations what it sends back into cells of the neighbour crosses, too ([`Beyond`]).
+//! [sends back to neighbours](crate::domain::Face::sends_to_neighbours) what it sends back into cells of the neighbour crosses, too ([`Beyond`]).
 
 use super::layout::{AaPhase, Layout};
 use crate::comm::{Comm, Halo};
@@ -71,13 +71,15 @@ fn neighbour(decomposition: &Decomposition, rank: usize, d: [isize; 3]) -> Optio
 /// Directions along each axis in which populations are copied in one more layer of cells: to the lower and to the upper face.
 type Beyond = [[isize; 2]; 3];
 
-/// At faces of the block that pass populations what they send back lies, on entering `Odd`, in the ghosts beyond, in slots of populations
+/// At faces of the block that send back to neighbours that lies, on entering `Odd`, in the ghosts beyond, in slots of populations
 /// that go outwards, and on entering `Even` in the cells beside them, in slots of those that go inwards.
 fn beyond(decomposition: &Decomposition, rank: usize) -> [Beyond; 2] {
     let (block, faces) = (decomposition.grid_index(rank), decomposition.domain.faces);
     let outwards: Beyond = std::array::from_fn(|a| {
         let is_last = [block[a] == 0, block[a] + 1 == decomposition.grid[a]];
-        [0, 1].map(|side| isize::from(is_last[side] && faces[2 * a + side].passes()) * [-1, 1][side])
+        [0, 1].map(|side| {
+            isize::from(is_last[side] && faces[2 * a + side].sends_to_neighbours()) * [-1, 1][side]
+        })
     });
     [outwards, outwards.map(|sides| sides.map(|c| -c))]
 }

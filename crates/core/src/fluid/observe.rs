@@ -128,6 +128,9 @@ impl<S: Population> Fluid<S> {
             let g = self.populations([x, y, z]);
             sum = sum.wrapping_add(xxh3_64_with_seed(bytemuck::cast_slice(&g), seed));
         }
+        for mean in self.save_means() {
+            sum = sum.wrapping_add(xxh3_64_with_seed(bytemuck::bytes_of(&mean), 1 << 63));
+        }
         sum
     }
 }

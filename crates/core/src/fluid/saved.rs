@@ -5,6 +5,7 @@
 //! where a sweep from [`AaPhase::Even`] leaves them, and all that follows such a sweep is repeated.
 
 use super::dispatch::WrapX;
+use super::walls::SavedMean;
 use super::{AaPhase, Fluid, Population};
 use crate::domain::Block;
 use crate::lattice::Q;
@@ -65,6 +66,18 @@ impl<S: Population> Fluid<S> {
         }
         assert!(saved.next().is_none(), "bytes of these cells only");
         Ok(())
+    }
+
+    /// The mean momenta at outlets of the block that let sound leave, in plain numbers; all blocks together have all.
+    pub(crate) fn save_means(&self) -> Vec<SavedMean> {
+        self.walls.save_means(&self.layout, &self.populations)
+    }
+
+    /// Takes those of an earlier run, after [`restore`](Self::restore) and before [`resume`](Self::resume). Where there is none, as the outlet
+    /// reflected sound, the mean begins as the momentum that is there.
+    pub(crate) fn restore_means(&mut self, saved: &[SavedMean]) {
+        self.phase = AaPhase::Odd;
+        self.walls.restore_means(&self.layout, &mut self.populations, saved);
     }
 
     /// Resumes from the cells that have been [restored](Self::restore): what follows a sweep. Collective.

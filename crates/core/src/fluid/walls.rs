@@ -10,16 +10,16 @@
 //! from `near = (x, i)` to `far = (w, -i)` on entering [`AaPhase::Odd`], back on entering [`AaPhase::Even`]. Links
 //! across the ends of rows ([`RowEnds`]) and between two cells of the block are done within the sweep. Wall cells
 //! that share a chunk with fluid are swept and then emptied ([`WallRow::clear`]). An inlet is a wall that moves along its normal; free slip
-//! and outlets: [`passing`]. Details: `docs/theory/fluid.md`.
+//! and outlets: [`face_links`]. Details: `docs/theory/fluid.md`.
 //!
 //! References: Ladd (1994), doi:10.1017/S0022112094001771 (moving walls); Krüger et al. (2017), The Lattice
 //! Boltzmann Method, Eqs. (5.26) and (5.79).
 
 mod cells;
+mod face_links;
 mod find;
 mod interpolated;
 mod motion;
-mod passing;
 mod rule;
 
 use super::Real;
@@ -32,12 +32,12 @@ use crate::error::Result;
 use crate::lattice::{C, Q, opposite};
 use crate::math::to_fixed;
 pub(crate) use cells::WallRow;
+pub(crate) use face_links::{FaceLinkList, SavedMean};
+use face_links::{FaceLinks, Means};
 use find::Map;
 pub(crate) use interpolated::CellList;
 use interpolated::Interpolated;
 pub use motion::WallMotion;
-pub(crate) use passing::PassList;
-use passing::Passing;
 pub(crate) use rule::LinkRule;
 
 /// The walls round and in a box, lattice units.
@@ -102,9 +102,9 @@ pub(crate) struct Walls<S: Population> {
     /// Links between cells of the block, by the row whose sweep completes them, so that the memory they touch is in the
     /// cache; no row at all if there is none.
     early: Vec<Vec<Run>>,
-    /// Links whose populations faces pass on to other cells.
-    passed: Vec<Run>,
-    passing: Passing<S::Number>,
+    /// Links of faces whose populations come from a neighbour.
+    face_runs: Vec<Run>,
+    face_links: FaceLinks<S::Number>,
     /// From `(x, i)` to `(w, -i)`, by direction.
     to_far: [isize; Q],
     /// Data of the rules of runs, link by link.
@@ -152,8 +152,8 @@ impl<S: Population> Walls<S> {
             domain: *domain,
             late: Vec::new(),
             early: Vec::new(),
-            passed: Vec::new(),
-            passing: Passing::new(layout),
+            face_runs: Vec::new(),
+            face_links: FaceLinks::new(layout),
             to_far: std::array::from_fn(|i| {
                 (opposite(i) as isize - i as isize) * layout.stride as isize - layout.step(i)
             }),
@@ -178,7 +178,7 @@ impl<S: Population> Walls<S> {
         walls.interpolated.set_motions(layout, (walls.lo, domain), &walls.motions, WallMotion::moves);
         walls.find_cells(&map);
         let wrap_x = domain.is_periodic(0) && size[0] == domain.cells[0];
-        walls.passing.find(layout, &map, domain.faces, wrap_x);
+        walls.face_links.find(layout, &map, domain.faces, wrap_x);
         Ok(walls)
     }
 
@@ -249,7 +249,7 @@ impl<S: Population> Walls<S> {
         if let Some(runs) = self.early.get(row) {
             self.bounce(runs, entered, populations);
         }
-        self.passing.apply(row, entered, populations);
+        self.face_links.apply(row, entered, populations, Means::of(again));
         self.interpolated.apply(Some(row), entered, populations, again);
     }
 
@@ -293,15 +293,15 @@ impl<S: Population> Walls<S> {
         }
         self.interpolated.each(|_, [near, far], _, _| populations[far] = populations[near]);
         // What outlets send back depends on all that their cells have sent.
-        let outwards = self.passed.iter().flat_map(|run| {
+        let outwards = self.face_runs.iter().flat_map(|run| {
             let (i, far) = (usize::from(run.direction), self.far(run));
             let here = run.near + opposite(i) * layout.stride - i * layout.stride;
             (0..run.count as usize).map(move |k| [here + k, far + k])
         });
-        self.passing.begin(populations, outwards);
+        self.face_links.begin(populations, outwards);
     }
 
-    /// The same for interpolated links, which change `near`, once what faces pass on has crossed to other blocks.
+    /// The same for interpolated links, which change `near`, once what faces send back has crossed to other blocks.
     pub(crate) fn begin_interpolated(&self, populations: &mut [S]) {
         self.interpolated.begin(populations);
     }
@@ -364,7 +364,7 @@ impl<S: Population> Walls<S> {
                 load.torque[a] -= i128::from(to_fixed((near + far) * (r[b] * c[d] - r[d] * c[b])));
             }
         };
-        for run in self.late.iter().chain(self.early.iter().flatten()).chain(&self.passed) {
+        for run in self.late.iter().chain(self.early.iter().flatten()).chain(&self.face_runs) {
             let (far, i) = (self.far(run), usize::from(run.direction));
             let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
             for k in 0..run.count as usize {
@@ -443,7 +443,5 @@ impl<T> RowEnds<T> {
 
 #[cfg(test)]
 mod flow_tests;
-#[cfg(test)]
-mod passing_tests;
 #[cfg(test)]
 mod tests;

@@ -7,9 +7,14 @@ const SPHERES: &str = include_str!("../../../../validation/open_faces/spheres.to
 
 pub(super) const CASE: Case = Case {
     name: "open_faces",
-    question: "Poiseuille flow from an inlet to an outlet, half a channel beside a plane of symmetry, spheres in a row",
+    question: "Poiseuille flow from an inlet to an outlet, half a channel beside a plane of symmetry, spheres in a row, sound that leaves",
     source: "Hagen and Poiseuille, exact",
-    parts: &[Part::quick(15.0, channels), Part::quick(1.0, half), Part::quick(60.0, spheres)],
+    parts: &[
+        Part::quick(15.0, channels),
+        Part::quick(1.0, half),
+        Part::quick(60.0, spheres),
+        Part::quick(2.0, sound),
+    ],
 };
 
 /// Of the order.
@@ -21,6 +26,9 @@ const MASS: f64 = 1e-6;
 const ROUNDING: f64 = 1e-11;
 /// Of the drag on spheres between inlet and outlet over that in a periodic box.
 const DRAG: f64 = 0.02;
+/// Of the energy of a pulse of sound, and of its largest pressure.
+const REFLECTED: f64 = 0.01;
+const PRESSURE: f64 = 0.01;
 /// Cells between the plates.
 const HEIGHTS: [usize; 3] = [8, 16, 32];
 
@@ -122,5 +130,48 @@ fn spheres(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let quantity =
         "row of spheres: force on a layer between inlet and outlet over that in a periodic box (-)";
     found.relative(quantity, between / alone, 1.0, DRAG).source("the same array in a periodic box");
+    Ok(())
+}
+
+/// Energy of a pulse of sound that an inlet has sent, 58 cells long, once it has met the outlet, over that before; and the mean pressure 20
+/// crossings of the box later, over the largest one of the pulse.
+fn pulse(context: &SuiteContext, absorbs: bool) -> Result<[f64; 2]> {
+    let (dt, velocity) = (1e-4 / 3.0, 3e-4);
+    let own = [
+        "domain.size=[1.6e-2, 2e-4, 2e-4]".to_string(),
+        format!(
+            "domain.faces={{ x-.inlet.velocity.table=[[0, 0, 0, 0], [{}, {velocity}, 0, 0], [{}, 0, 0, 0]], \"x+\".outlet.absorbs_sound={absorbs}, z-.free_slip=true, \"z+\".free_slip=true }}",
+            50.0 * dt,
+            100.0 * dt
+        ),
+        "lattice.relaxation_time=0.51".to_string(),
+    ];
+    let setup = context.setup(TEXT, CASE.name, &own)?;
+    let mut run = Simulation::solo(&setup)?;
+    let cells = |run: &Simulation| -> Vec<(f64, [f64; 3])> {
+        (0..160).map(|x| run.fluid().expect("the case has one").moments([x, 0, 0])).collect()
+    };
+    // Kinetic, and of the pressure: c_s^2 = 1/3 (lattice units).
+    let energy = |run: &Simulation| -> f64 {
+        let of = |(rho, u): (f64, [f64; 3])| 0.5 * u[0] * u[0] + (rho - 1.0) * (rho - 1.0) / 6.0;
+        cells(run).into_iter().map(of).sum()
+    };
+    run.advance(140)?;
+    let before = energy(&run);
+    run.advance(260)?;
+    let left = energy(&run) / before;
+    run.advance(20 * 277)?;
+    let mean = cells(&run).iter().map(|(rho, _)| rho - 1.0).sum::<f64>() / 160.0;
+    let largest = velocity / setup.units().velocity() * 3.0_f64.sqrt();
+    Ok([left, mean / largest])
+}
+
+fn sound(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let [absorbed, kept] = [pulse(context, true)?, pulse(context, false)?];
+    let quantity = "pulse of sound: energy that an outlet that absorbs it leaves in the box (-)";
+    found.absolute(quantity, absorbed[0], 0.0, REFLECTED).source("a box without an end");
+    let quantity = "pulse of sound: mean pressure 20 crossings later over the largest one of the pulse (-)";
+    found.absolute(quantity, absorbed[1], 0.0, PRESSURE).source("the pressure of the outlet");
+    found.note("pulse of sound: energy that an outlet that reflects it leaves in the box (-)", kept[0]);
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! Exchange after the sweep of a block on a device: populations cross to other blocks, round the box, and back from walls.
 
-use super::passing::Outlets;
+use super::outlets::Outlets;
 use super::{DeviceSweep, Populations, filled};
 use crate::comm::{Comm, Halo};
 use crate::device::{Argument, Array, Done, Kernels, Queue};
@@ -194,7 +194,7 @@ impl<S: Population> Exchange<S> {
         let plain =
             |[to, from]: [Vec<u64>; 2]| Copies::new::<S::Number>(queue, [&to, &from], LinkRule::Resting, &[]);
         let swept = |entered: AaPhase| -> Result<(Vec<Copies>, Option<Outlets>)> {
-            let (mut passed, left) = fluid.walls.passed(entered);
+            let (mut passed, left) = fluid.walls.face_links(entered);
             let mut copies = of_links(&early, entered)?;
             copies.extend(plain(std::mem::take(&mut passed.slips))?);
             if fluid.wrap_x {

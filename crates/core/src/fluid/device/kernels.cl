@@ -949,9 +949,11 @@ __kernel void interpolate_links(__global Stored* g, const Slots now, const Slots
 }
 
 // What cells beside outlets send back: `first` is the first link of each, `left` the distances from a cell to what has left it.
-__kernel void pass_outlets(__global Stored* g, const Slots left, __global const ulong* cells, __global const REAL* excess,
-                           __global const uint* first, __global const ulong* from, __global const ulong* to,
-                           __global const REAL* weights, const ulong count) {
+// `rates`: 0 where sound is reflected; else a mean momentum outwards, behind the populations, follows that of the cell.
+__kernel void outlets(__global Stored* g, const Slots left, __global const ulong* cells, __global const REAL* excess,
+                      __global const REAL* rates, __global const uint* axes, __global const REAL* outwards,
+                      __global const ulong* means, __global const uint* first, __global const ulong* from, __global const ulong* to,
+                      __global const REAL* weights, const ulong count) {
     size_t k = get_global_id(0);
     if (k >= count) return;
     REAL sum = K(0.0), momentum[3] = {K(0.0), K(0.0), K(0.0)};
@@ -961,7 +963,15 @@ __kernel void pass_outlets(__global Stored* g, const Slots left, __global const 
         for (int a = 0; a < 3; a++) momentum[a] = momentum[a] + (REAL)C[i][a] * population;
     }
     REAL square = (momentum[0] * momentum[0] + momentum[1] * momentum[1]) + momentum[2] * momentum[2];
-    REAL more = excess[k] - (K(1.5) * sum - K(0.75) * square);
+    REAL wanted = excess[k];
+    if (rates[k] > K(0.0)) {
+        __global REAL* mean = (__global REAL*)(g + means[k]);
+        REAL now = outwards[k] * momentum[axes[k]];
+        REAL follows = *mean + rates[k] * (now - *mean);
+        *mean = follows;
+        wanted = excess[k] + K(1.7320508075688772) * (now - follows);
+    }
+    REAL more = wanted - (K(1.5) * sum - K(0.75) * square);
     for (uint l = first[k]; l < first[k + 1]; l++) {
         WRITE(g, to[l], SCALED(UNSCALED(READ(g, from[l])) + weights[l] * more));
     }

@@ -25,8 +25,8 @@ pub(super) struct Map {
 pub(super) enum Back {
     /// From the cell itself, off this wall.
     Bounced(u16),
-    /// From a cell beside a face of the box, which has sent it in this direction.
-    Passed { face: usize, source: [isize; 3], sent: usize },
+    /// From a cell beside a face of the box, which is a neighbour or the cell itself and has sent it in this direction.
+    Neighbour { face: usize, source: [isize; 3], sent: usize },
 }
 
 impl Map {
@@ -90,7 +90,7 @@ impl Map {
             (0..3).filter_map(|a| self.domain.face_beyond(a, cell[a] - C[i][a])).collect();
         faces.sort_by_key(|&face| priority(face));
         let Some(&first) = faces.first() else { return Some(Back::Bounced(wall)) };
-        if !self.domain.faces[first].passes() {
+        if !self.domain.faces[first].sends_to_neighbours() {
             let same = |&&face: &&usize| priority(face) == priority(first) && self.faces[face] == wall;
             let other = faces.iter().find(same).unwrap_or(&first);
             return Some(Back::Bounced(if faces.len() == 1 { wall } else { self.faces[*other] }));
@@ -115,7 +115,7 @@ impl Map {
         let way: [isize; 3] =
             std::array::from_fn(|a| if mirrors && a == mirror { -C[i][a] } else { C[i][a] });
         let sent = C.iter().position(|&c| c == way).expect("mirrored directions are of the lattice");
-        Some(Back::Passed { face: first, source, sent })
+        Some(Back::Neighbour { face: first, source, sent })
     }
 
     /// The wall of a cell of the block or a ghost.
@@ -204,7 +204,7 @@ impl<S: Population> Walls<S> {
                 let link = |x: isize| {
                     let (wall, passed) = match map.back([x, y, z], i)? {
                         Back::Bounced(wall) => (wall, false),
-                        Back::Passed { face, .. } => (map.faces[face], true),
+                        Back::Neighbour { face, .. } => (map.faces[face], true),
                     };
                     Some((x, wall, other.is_none() || !(0..nx).contains(&(x - cx)), passed))
                 };
@@ -231,7 +231,7 @@ impl<S: Population> Walls<S> {
                         self.numbers.extend(links.iter().map(of));
                     }
                     match (passed, late) {
-                        (true, _) => &mut self.passed,
+                        (true, _) => &mut self.face_runs,
                         (false, true) => &mut self.late,
                         (false, false) => &mut self.early[completed],
                     }

@@ -28,12 +28,12 @@ impl WallMotion {
     }
 
     /// `6 w_i c_i . u_w` of the link in direction `i` of a cell of the box: by its position there, so it is the same on every rank. Where it
-    /// crosses a face that [passes](crate::domain::Face::passes) populations, too, the wall does not push through that.
+    /// crosses a face that [sends back to neighbours](crate::domain::Face::sends_to_neighbours), too, the wall does not push through that.
     pub(super) fn correction<T: Real>(&self, cell: [isize; 3], i: usize, domain: &Domain) -> T {
         let u = self.at(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)));
         let pushes = |&a: &usize| {
             let crossed = domain.face_beyond(a, cell[a] - C[i][a]);
-            crossed.is_none_or(|face| !domain.faces[face].passes())
+            crossed.is_none_or(|face| !domain.faces[face].sends_to_neighbours())
         };
         let cu: f64 = (0..3).filter(pushes).map(|a| C[i][a] as f64 * u[a]).sum();
         T::from_f64(6.0 * W[i] * cu)

@@ -1,12 +1,13 @@
-use super::tests::{AT_REST, MAGIC, face_of, params, step};
-use super::*;
+use super::super::tests::{AT_REST, MAGIC, face_of, params, step};
+use super::super::*;
 use crate::comm::{Comm, on_threads};
 use crate::domain::Decomposition;
 use crate::fluid::{Collision, F16, Fluid, FluidParams, Simd};
 use crate::lattice::W;
 use crate::math::{Profile, from_fixed_wide};
 
-const OUTLET: Face = Face::Outlet { excess: -0.004 };
+const OUTLET: Face = Face::Outlet { excess: -0.004, relaxation: None };
+const ABSORBING: Face = Face::Outlet { excess: -0.004, relaxation: Some(0.02) };
 
 /// A box whose faces are of several kinds, with a lump of wall that reaches some of them; walls slide.
 struct Open {
@@ -96,6 +97,8 @@ fn boxes() -> Vec<[Face; 6]> {
         [w, s, OUTLET, OUTLET, w, w],
         [p, p, p, p, OUTLET, i],
         [s, OUTLET, s, i, OUTLET, w],
+        [i, ABSORBING, w, w, p, p],
+        [s, ABSORBING, ABSORBING, i, ABSORBING, w],
     ]
 }
 
@@ -157,7 +160,7 @@ fn an_outlet_sends_back_what_a_like_cell_beyond_would_send() {
         for _ in 0..5 {
             step(&mut fluid, [1e-4, 0.0, 0.0]);
             for (n, face) in faces.iter().enumerate() {
-                let &Face::Outlet { excess } = face else { continue };
+                let &Face::Outlet { excess, relaxation: None } = face else { continue };
                 let (axis, inwards) = (n / 2, if n.is_multiple_of(2) { 1 } else { -1 });
                 for number in 0..9 * 10 * 11 {
                     let source = [number % 9, number / 9 % 10, number / 90];
@@ -276,29 +279,32 @@ fn a_fluid_with_open_faces_continues_to_the_bit_on_any_ranks_from_both_phases() 
         let open = Open::new([13, 10, 11], faces, [[5, 8], [0, 3], [4, 11]]);
         // What moving walls have sent before the first step is known up to rounding.
         for before in [1, 4, 5] {
-            let run = |ranks: usize, saved: Option<&[(Block, Vec<u8>)]>| {
+            let run = |ranks: usize, saved: Option<&[(Block, Vec<u8>, Vec<SavedMean>)]>| {
                 let decomposition = Decomposition::new(open.domain, ranks).unwrap();
                 let parts = on_threads(ranks, |comm| {
                     let mut fluid = open.fluid::<f32>(&decomposition, &comm, Simd::best(), MAGIC);
-                    let mut bytes = Vec::new();
+                    let (mut bytes, mut means) = (Vec::new(), Vec::new());
                     if let Some(saved) = saved {
-                        for (block, bytes) in saved {
+                        for (block, bytes, _) in saved {
                             fluid.restore_common(*block, bytes);
                         }
+                        let means: Vec<SavedMean> = saved.iter().flat_map(|of| of.2.clone()).collect();
+                        fluid.restore_means(&means);
                         fluid.resume();
                     } else {
                         (0..before).for_each(|_| step(&mut fluid, [1e-4, -2e-4, 3e-5]));
                         let block = fluid.block();
                         (block.lo[2]..block.hi[2]).for_each(|z| fluid.save_plane(z, &mut bytes));
+                        means = fluid.save_means();
                     }
                     let mut hashes = vec![fluid.state_hash() as i64];
                     (0..3).for_each(|_| step(&mut fluid, [1e-4, -2e-4, 3e-5]));
                     hashes.push(fluid.state_hash() as i64);
                     comm.sum(&mut hashes);
-                    (fluid.block(), bytes, hashes)
+                    ((fluid.block(), bytes, means), hashes)
                 });
-                let hashes = parts[0].2.clone();
-                (parts.into_iter().map(|(block, bytes, _)| (block, bytes)).collect::<Vec<_>>(), hashes)
+                let hashes = parts[0].1.clone();
+                (parts.into_iter().map(|(saved, _)| saved).collect::<Vec<_>>(), hashes)
             };
             let (saved, expected) = run(3, None);
             for ranks in [1, 2, 4] {
