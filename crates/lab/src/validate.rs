@@ -6,9 +6,11 @@
 
 mod channel;
 mod cohesion;
+mod column_collapse;
 mod context;
 mod drafting;
 mod friction;
+mod heap;
 mod hertz;
 mod hindered_settling;
 mod liggghts;
@@ -73,6 +75,7 @@ pub const CASES: &[Case] = &[
     friction::CASE,
     slope::CASE,
     cohesion::CASE,
+    column_collapse::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,
