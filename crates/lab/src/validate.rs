@@ -21,6 +21,7 @@ mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
 mod reference;
+mod repose;
 mod restitution;
 mod rising_sphere;
 mod rolling;
@@ -76,6 +77,7 @@ pub const CASES: &[Case] = &[
     slope::CASE,
     cohesion::CASE,
     column_collapse::CASE,
+    repose::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,
