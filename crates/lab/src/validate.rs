@@ -4,6 +4,7 @@
 //! anywhere. The module of a case here says how it is run, what is measured and how far it may be off; the `README.md` of its
 //! folder says why.
 
+mod agglomerate;
 mod channel;
 mod cohesion;
 mod column_collapse;
@@ -76,6 +77,7 @@ pub const CASES: &[Case] = &[
     friction::CASE,
     slope::CASE,
     cohesion::CASE,
+    agglomerate::CASE,
     column_collapse::CASE,
     repose::CASE,
     hertz::CASE,
