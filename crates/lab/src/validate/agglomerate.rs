@@ -11,9 +11,9 @@ pub(super) const CASE: Case = Case {
     question: "an agglomerate of 87 JKR spheres, dragged by a shear flow: whether it breaks at the shear rate of the estimate",
     source: STATICS,
     parts: &[
-        Part::quick(20.0, |context, found| survives(context, found)),
-        Part::quick(5.0, |context, found| breaks(context, found)),
-        Part::full(120.0, limit),
+        Part::quick(15.0, survives),
+        Part::quick(5.0, breaks),
+        Part::full(40.0, limit),
     ],
 };
 
