@@ -4,12 +4,15 @@
 //! anywhere. The module of a case here says how it is run, what is measured and how far it may be off; the `README.md` of its
 //! folder says why.
 
+mod agglomerate;
 mod channel;
 mod cohesion;
+mod column_collapse;
 mod context;
 mod cylinder;
 mod drafting;
 mod friction;
+mod heap;
 mod hertz;
 mod hindered_settling;
 mod liggghts;
@@ -20,6 +23,7 @@ mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
 mod reference;
+mod repose;
 mod restitution;
 mod rising_sphere;
 mod rolling;
@@ -76,6 +80,9 @@ pub const CASES: &[Case] = &[
     friction::CASE,
     slope::CASE,
     cohesion::CASE,
+    agglomerate::CASE,
+    column_collapse::CASE,
+    repose::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,

@@ -29,6 +29,13 @@ impl Table {
         number(&row[value])
     }
 
+    /// The text in a column, in the first row whose column `key` holds this word.
+    pub(super) fn word(&self, key: &str, word: &str, column: &str) -> String {
+        let (key, value) = (self.column(key), self.column(column));
+        let row = self.rows.iter().find(|row| &row[key] == word);
+        row.unwrap_or_else(|| panic!("the table has a row {word}"))[value].to_string()
+    }
+
     /// The number in a column, in the first row whose column `key` is `at`.
     pub(super) fn at(&self, key: &str, at: f64, column: &str) -> f64 {
         let (key, value) = (self.column(key), self.column(column));
