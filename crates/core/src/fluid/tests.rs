@@ -398,14 +398,14 @@ fn the_in_place_kernel_agrees_with_a_plain_two_lattice_code() {
         .flat_map(|z| (0..cells[1]).flat_map(move |y| (0..cells[0]).map(move |x| [x, y, z])))
         .collect();
     let index = |c: [usize; 3]| c[0] + cells[0] * (c[1] + cells[1] * c[2]);
-    let all = COUPLINGS
+    let methods = COUPLINGS
         .iter()
         .flat_map(|&m| OPERATORS.into_iter().chain([EDDIES]).map(move |collision| (m, collision)));
     let has = |(method, collision): &(Method, Collision)| {
         let homogenised = matches!(method, Method::Homogenised(_));
         !homogenised || !matches!(collision, Collision::RecursiveRegularised { .. })
     };
-    for (method, collision) in all.filter(has) {
+    for (method, collision) in methods.filter(has) {
         let params = FluidParams { collision, ..bgk(0.6, Simd::best()) };
         let operator = match method {
             Method::Homogenised(_) => None,
