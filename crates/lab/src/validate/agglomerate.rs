@@ -10,11 +10,7 @@ pub(super) const CASE: Case = Case {
     name: "agglomerate",
     question: "an agglomerate of 87 JKR spheres, dragged by a shear flow: whether it breaks at the shear rate of the estimate",
     source: STATICS,
-    parts: &[
-        Part::quick(15.0, survives),
-        Part::quick(5.0, breaks),
-        Part::full(40.0, limit),
-    ],
+    parts: &[Part::quick(15.0, survives), Part::quick(5.0, breaks), Part::full(40.0, limit)],
 };
 
 const STATICS: &str = "statics of a close-packed lattice, each contact up to the pull-off force of Johnson, Kendall and Roberts (1971), doi:10.1098/rspa.1971.0141";
