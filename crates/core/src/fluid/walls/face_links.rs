@@ -7,7 +7,7 @@
 //! f_i(x) = f'_r(y)                              free slip: specular reflection
 //! f_i(x) = f'_i(y) + 2 w_i (rho_w - rho(y))     outlet: what left a like cell beyond, of the density 2 rho_w - rho(y)
 //! rho = 3/2 sum_(i > 0) f'_i - 3/4 (rho u)^2    without the population at rest, which interpolated links change later
-//! rho_w = 1 + 3 p_w + (j - m) / c_s             m' = m + K (j - m); j = rho u along the normal, outwards; without reflection
+//! rho_w = 1 + 3 p_w + (j - m') / c_s            m' = m + K (j - m); j = rho u along the normal, outwards; without reflection
 //! ```
 //!
 //! The last line lets sound leave ([`Absorption`]); else `rho_w = 1 + 3 p_w`. The face lies half a cell beyond `y`; a flow that does not change along its normal, with a linear pressure, passes exactly. So a cell
