@@ -21,10 +21,10 @@ pub enum AnyFluid {
     F16(Box<Fluid<F16>>),
 }
 
-/// The same words for all precisions.
 /// End of the bytes of a rank that has means.
 const MEANS: &[u8] = b"outlets\0";
 
+/// The same words for all precisions.
 macro_rules! either {
     ($of:expr, $fluid:ident => $words:expr) => {
         match $of {

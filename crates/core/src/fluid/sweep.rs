@@ -25,6 +25,7 @@ impl<S: Population> Fluid<S> {
     /// # Errors
     /// [`Error::Input`] if the device has not the memory, [`Error::Kernels`] if its compiler refuses the kernels.
     pub fn use_device<M: SolidModel>(&mut self, device: &Device, model: M) -> Result<()> {
+        self.assert_collides::<M>();
         let options = match self.params.collision {
             Collision::RecursiveRegularised { .. } => options::<S, M, M::Regularised>(model),
             Collision::Bgk if !M::PAIRS => options::<S, M, OneTime>(model),
@@ -75,14 +76,16 @@ impl<S: Population> Fluid<S> {
     /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
     /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
     /// measurements of the cells before the sweep. Collective.
+    ///
+    /// # Panics
+    /// If the method has no [`Collision::RecursiveRegularised`] and the fluid has.
     pub fn sweep<M: SolidModel>(
         &mut self,
         acceleration: [f64; 3],
         solids: &mut BlockSolids<M>,
         measure: bool,
     ) -> Option<Flow> {
-        let regularised = matches!(self.params.collision, Collision::RecursiveRegularised { .. });
-        assert!(!regularised || M::Regularised::REGULARISED, "a coupling that has this collision");
+        self.assert_collides::<M>();
         let (mut flow, entered) = (measure.then(Flow::default), self.phase.next());
         self.solid_row.count = CoverCount::default();
         let row = dispatch::parameters_of(self, acceleration);
@@ -107,6 +110,15 @@ impl<S: Population> Fluid<S> {
     /// Cells that bodies covered in the last sweep of the processor.
     pub(crate) fn cover_count(&self) -> CoverCount {
         self.solid_row.count
+    }
+
+    /// Panics if cells without solids would collide otherwise than it was asked for.
+    fn assert_collides<M: SolidModel>(&self) {
+        let regularised = matches!(self.params.collision, Collision::RecursiveRegularised { .. });
+        assert!(
+            !regularised || M::Regularised::REGULARISED,
+            "a coupling that has the collision of the fluid"
+        );
     }
 
     fn sweep_part<M: SolidModel>(

@@ -23,8 +23,6 @@ pub(super) struct Column {
     pub(super) spacing: f64,
     /// True for grains that start in orientations of all kinds.
     pub(super) turned: bool,
-    /// Number of another sample of the same column.
-    pub(super) sample: u32,
 }
 
 /// Width of the periodic box (diameters).
@@ -55,20 +53,20 @@ impl Column {
             let at = [n % layer / across as u32, n % across as u32, n / layer];
             let mut grain = [0.0; 3];
             for (axis, x) in grain.iter_mut().enumerate() {
-                let jitter = 0.05 * (spread(n, self.sample, axis) - 0.5);
+                let jitter = 0.05 * (spread(n, axis) - 0.5);
                 *x = d * ((f64::from(at[axis]) + 0.5) * pitch[axis] + jitter);
             }
             let [x, y, z] = grain;
-            let place = format!("[{x:.9e}, {y:.9e}, {z:.9e}]");
+            let position = format!("[{x:.9e}, {y:.9e}, {z:.9e}]");
             let _ = if self.turned {
-                let [a, b, c, angle] = [3, 4, 5, 6].map(|at| spread(n, self.sample, at) - 0.5);
+                let [a, b, c, angle] = [3, 4, 5, 6].map(|at| spread(n, at) - 0.5);
                 write!(
                     list,
-                    "{{ position = {place}, orientation = {{ axis = [{a:.6}, {b:.6}, {c:.6}], angle = {:.6} }} }},",
+                    "{{ position = {position}, orientation = {{ axis = [{a:.6}, {b:.6}, {c:.6}], angle = {:.6} }} }},",
                     360.0 * angle
                 )
             } else {
-                write!(list, "{place},")
+                write!(list, "{position},")
             };
         }
         let layers = self.grains.div_ceil(along as u32 * across as u32);
@@ -79,7 +77,7 @@ impl Column {
         ]
     }
 
-    /// Centres of the grains at the end of the case (diameters).
+    /// The heap at the end of the case.
     pub(super) fn heap(&self, context: &SuiteContext, setup: &Setup) -> Result<Heap> {
         let end = setup.plan.end_step;
         let watch = Watch { context, setup, threads: 1, every: EVERY };
@@ -102,7 +100,7 @@ impl Column {
 }
 
 /// Number from 0 to 1 of a grain, evenly spread over the grains.
-fn spread(grain: u32, sample: u32, axis: usize) -> f64 {
+fn spread(grain: u32, axis: usize) -> f64 {
     // Fractional parts of square roots of primes.
     const STEP: [f64; 7] = [
         0.414_213_562,
@@ -113,7 +111,7 @@ fn spread(grain: u32, sample: u32, axis: usize) -> f64 {
         0.605_551_275,
         0.123_105_626,
     ];
-    ((f64::from(grain) + 1.0 + 1e4 * f64::from(sample)) * STEP[axis]).fract()
+    ((f64::from(grain) + 1.0) * STEP[axis]).fract()
 }
 
 /// Grains that have come to rest; lengths in diameters.

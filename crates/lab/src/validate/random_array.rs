@@ -20,6 +20,8 @@ pub(super) const CASE: Case = Case {
 };
 
 const TOLERANCE: f64 = 0.1;
+/// Of a single arrangement of 39 spheres.
+const DENSE_TOLERANCE: f64 = 0.15;
 /// Of the drag at one relaxation time over that at another.
 const SPREAD: f64 = 0.015;
 /// Largest relative change of the mean velocity, in the time constant of its approach or in four crossings of sound, that counts as steady.
@@ -84,7 +86,7 @@ fn dense(context: &SuiteContext, found: &mut Findings) -> Result<()> {
             .map(|(factor, _)| factor)
     };
     let middle = factor(0.65)?;
-    found.relative("F, phi 0.55, one arrangement (-)", middle, expected, TOLERANCE);
+    found.relative("F, phi 0.55, one arrangement (-)", middle, expected, DENSE_TOLERANCE);
     for tau in [0.55, 0.8, 1.0] {
         let quantity = format!("F, phi 0.55, relaxation time {tau}, over that of 0.65 (-)");
         found

@@ -39,15 +39,8 @@ const ROLLING: f64 = 0.3;
 /// Between both engines: of the slope (degrees), and of run-out and height over the length (-). Collapses are chaotic.
 const ENGINES: [f64; 2] = [1.5, 0.1];
 
-const SPHERES: Column = Column {
-    diameter: 2e-3,
-    grains: MANY,
-    aspect: 0.8,
-    box_length: 0.0,
-    spacing: 1.06,
-    turned: false,
-    sample: 0,
-};
+const SPHERES: Column =
+    Column { diameter: 2e-3, grains: MANY, aspect: 0.8, box_length: 0.0, spacing: 1.06, turned: false };
 
 /// Checks a slope against a row of the reference, and plots the heap under a name.
 fn check(found: &mut Findings, what: &str, heap: &Heap, (name, row): (&str, &str)) {

@@ -4,6 +4,8 @@ use crate::cli::terminal::{Row, row};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use turbid::case::{FluidSetup, Setup};
+use turbid::coupling::Method;
+use turbid::fluid::Collision;
 use turbid::shape::Shape;
 
 const TABLE: &str = include_str!("../../../../../validation/errors.csv");
@@ -38,8 +40,15 @@ fn kind(shape: &dyn Shape) -> &'static str {
 fn entries(setup: &Setup, fluid: &FluidSetup, body: &str, cells: f64) -> Vec<Entry> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes());
     let (tau, precision) = (fluid.relaxation_time, setup.plan.precision.name());
+    // The tables are those of the default collision.
+    let usual = match (fluid.coupling, fluid.collision) {
+        (Method::Saturated(_), Collision::Trt { magic }) => (magic - 0.125).abs() < 1e-12,
+        (Method::Homogenised(_), Collision::Bgk) => true,
+        _ => false,
+    };
     let fits = |entry: &Entry| {
-        entry.coupling == fluid.coupling.name()
+        usual
+            && entry.coupling == fluid.coupling.name()
             && (entry.body == body || entry.body == "any")
             && (entry.precision == precision || entry.precision == "any")
             // Sizes of boxes are whole numbers of cells.
@@ -86,7 +95,9 @@ pub(super) fn rows(setup: &Setup, fluid: &FluidSetup) -> Vec<Row> {
             "expected error",
             value,
             if said.is_empty() {
-                format!("not known for so few cells, or the relaxation time {tau:.3} (docs/limits.md)")
+                format!(
+                    "not known for so few cells, the relaxation time {tau:.3} or this collision (docs/limits.md)"
+                )
             } else {
                 format!("{}; of docs/limits.md", said.join(", "))
             },
