@@ -123,7 +123,7 @@ fn pieces(run: &Simulation) -> Vec<usize> {
 fn survives(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let remains = shear(context, BELOW)?;
     let quantity = format!(
-        "largest piece after a strain of {STRAIN}, at a third of the shear rate of the estimate, of all (-)"
+        "largest piece after a strain of {STRAIN}, at a fifth of the shear rate of the estimate, of all (-)"
     );
     found.absolute(quantity, remains.largest, 1.0, LOST);
     Ok(())

@@ -4,7 +4,6 @@ use crate::cli::terminal::{Row, row};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use turbid::case::{FluidSetup, Setup};
-use turbid::coupling::Method;
 use turbid::fluid::Collision;
 use turbid::shape::Shape;
 
@@ -41,10 +40,10 @@ fn entries(setup: &Setup, fluid: &FluidSetup, body: &str, cells: f64) -> Vec<Ent
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes());
     let (tau, precision) = (fluid.relaxation_time, setup.plan.precision.name());
     // The tables are those of the default collision.
-    let usual = match (fluid.coupling, fluid.collision) {
-        (Method::Saturated(_), Collision::Trt { magic }) => (magic - 0.125).abs() < 1e-12,
-        (Method::Homogenised(_), Collision::Bgk) => true,
-        _ => false,
+    let usual = match fluid.collision {
+        Collision::Trt { magic } => fluid.coupling.name() == "saturated" && (magic - 0.125).abs() < 1e-12,
+        Collision::Bgk => fluid.coupling.name() == "homogenised",
+        Collision::RecursiveRegularised { .. } => false,
     };
     let fits = |entry: &Entry| {
         usual

@@ -73,7 +73,7 @@ fn a_plane_pulse_of_sound_leaves_less_than_a_percent_of_its_energy_at_an_outlet_
         size[axis] = 160;
         let [absorbed, kept] = [true, false].map(|absorbs| reflected(size, axis, [0.0; 2], absorbs));
         println!("across {axis}: {absorbed:.2e}, {kept:.2e} where it is reflected");
-        assert!(absorbed < 0.002, "across {axis}: {absorbed:e}");
+        assert!(absorbed < 0.01, "across {axis}: {absorbed:e}");
         assert!(kept > 0.7, "across {axis}: {kept}");
     }
 }
@@ -93,7 +93,7 @@ fn the_steady_flow_to_an_outlet_that_absorbs_sound_is_that_to_one_that_reflects_
     let size = [24, 8, 4];
     let fluids = [true, false].map(|absorbs| {
         let mut fluid = between(size, 0, [Face::Inlet, Face::Wall], absorbs, 0.01);
-        (0..8000).for_each(|_| step(&mut fluid, [0.0; 3]));
+        (0..12_000).for_each(|_| step(&mut fluid, [0.0; 3]));
         fluid
     });
     let apart = cells_of(size).map(|cell| {
@@ -102,7 +102,7 @@ fn the_steady_flow_to_an_outlet_that_absorbs_sound_is_that_to_one_that_reflects_
     });
     let apart = apart.fold(0.0, f64::max);
     println!("{apart:.1e}");
-    assert!(apart < 1e-12, "{apart:e}");
+    assert!(apart < 1e-11, "{apart:e}");
 }
 
 #[test]
