@@ -47,7 +47,7 @@ fn acoustic_energy(fluid: &Fluid<f64>, size: [usize; 3]) -> f64 {
 /// across it, in radians per cell. A single pulse without any.
 fn reflected(size: [usize; 3], axis: usize, waves: [f64; 2], absorbs: bool) -> f64 {
     let mut fluid = between(size, axis, [Face::Wall, Face::Periodic], absorbs, 0.0);
-    let (next, k) = ((axis + 1) % 3, (waves[0] * waves[0] + waves[1] * waves[1]).sqrt());
+    let (next, k) = ((axis + 1) % 3, waves.iter().map(|k| k * k).sum::<f64>().sqrt());
     let along = if k > 0.0 { [waves[0] / k, waves[1] / k] } else { [1.0, 0.0] };
     let middle = 0.5 * size[axis] as f64;
     fluid.set_equilibrium(|cell| {

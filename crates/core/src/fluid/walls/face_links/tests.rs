@@ -284,13 +284,16 @@ fn open_faces_give_the_same_bits_on_any_blocks_and_instruction_set() {
     }
 }
 
+/// Populations of a block, and its means at outlets.
+type Saved = (Block, Vec<u8>, Vec<SavedMean>);
+
 #[test]
 fn a_fluid_with_open_faces_continues_to_the_bit_on_any_ranks_from_both_phases() {
     for faces in boxes() {
         let open = Open::new([13, 10, 11], faces, [[5, 8], [0, 3], [4, 11]]);
         // What moving walls have sent before the first step is known up to rounding.
         for before in [1, 4, 5] {
-            let run = |ranks: usize, saved: Option<&[(Block, Vec<u8>, Vec<SavedMean>)]>| {
+            let run = |ranks: usize, saved: Option<&[Saved]>| {
                 let decomposition = Decomposition::new(open.domain, ranks).unwrap();
                 let parts = on_threads(ranks, |comm| {
                     let mut fluid = open.fluid::<f32>(&decomposition, &comm, Simd::best(), MAGIC);
