@@ -18,10 +18,6 @@ use crate::math::{TimeFunction, Vec3};
 use crate::particle::Template;
 use crate::units::Units;
 
-/// Magic parameter with which the drag of partially saturated cells depends least on the relaxation time and the resolution
-/// (validation/drag).
-const SATURATED_MAGIC: f64 = 0.125;
-
 /// Gravity as a vector (m/s^2).
 pub(super) fn gravity(document: &Document) -> Vec3 {
     match document.case.driving.gravity {
@@ -216,47 +212,45 @@ fn collision(document: &Document, lattice: &LatticeSection) -> Result<(Collision
         let remedy = format!("add `{of} = \"{wanted}\"`, or remove it");
         Err(document.error(&format!("lattice.{key}"), &title, "has no effect here", &remedy))
     };
-    let (coupling, usual, usual_magic) = match lattice.coupling {
+    let coupling = match lattice.coupling {
         Coupling::Homogenised => {
             if lattice.solid_operator.is_some() {
                 return refused("solid_operator", "coupling", "saturated", "homogenised");
             }
             let ramp = lattice.solid_ramp_width.unwrap_or(0.5);
-            (Method::Homogenised(Homogenised { ramp }), CollisionKind::Bgk, 0.1875)
+            Method::Homogenised(Homogenised { ramp })
         }
         Coupling::Saturated => {
             if lattice.solid_ramp_width.is_some() {
                 return refused("solid_ramp_width", "coupling", "homogenised", "saturated");
             }
-            let saturated = Saturated::new(lattice.solid_operator.unwrap_or_default());
-            (Method::Saturated(saturated), CollisionKind::Trt, SATURATED_MAGIC)
+            Method::Saturated(Saturated::new(lattice.solid_operator.unwrap_or_default()))
         }
     };
-    let kind = lattice.collision.unwrap_or(usual);
-    let has = match kind {
-        CollisionKind::Bgk => "bgk",
-        CollisionKind::Trt => "trt",
-        CollisionKind::RecursiveRegularised => "recursive_regularised",
+    let usual = coupling.usual_collision();
+    // Half-way walls exactly half-way, where bodies have no magic parameter of their own.
+    let usual_magic = if let Collision::Trt { magic } = usual { magic } else { 0.1875 };
+    let magic = lattice.magic_parameter.unwrap_or(usual_magic);
+    let collision = match lattice.collision {
+        None if matches!(usual, Collision::Trt { .. }) => Collision::Trt { magic },
+        None => usual,
+        Some(CollisionKind::Bgk) => Collision::Bgk,
+        Some(CollisionKind::Trt) => Collision::Trt { magic },
+        Some(CollisionKind::RecursiveRegularised) => {
+            Collision::RecursiveRegularised { magic, smagorinsky: lattice.smagorinsky.unwrap_or(0.0) }
+        }
     };
-    let regularised = matches!(kind, CollisionKind::RecursiveRegularised);
-    if lattice.magic_parameter.is_some() && !matches!(kind, CollisionKind::Trt) {
-        return refused("magic_parameter", "collision", "trt", has);
+    if lattice.magic_parameter.is_some() && !matches!(collision, Collision::Trt { .. }) {
+        return refused("magic_parameter", "collision", "trt", collision.name());
     }
+    let regularised = matches!(collision, Collision::RecursiveRegularised { .. });
     if lattice.smagorinsky.is_some() && !regularised {
-        return refused("smagorinsky", "collision", "recursive_regularised", has);
+        return refused("smagorinsky", "collision", "recursive_regularised", collision.name());
     }
     if regularised && matches!(coupling, Method::Homogenised(_)) {
         let title = "`lattice.collision` \"recursive_regularised\" has cells with solids only with the coupling \"saturated\"";
         let remedy = "remove `lattice.coupling`, or take \"trt\" or \"bgk\"";
         return Err(document.error("lattice.collision", title, "not with \"homogenised\"", remedy));
     }
-    let magic = lattice.magic_parameter.unwrap_or(usual_magic);
-    let collision = match kind {
-        CollisionKind::Bgk => Collision::Bgk,
-        CollisionKind::Trt => Collision::Trt { magic },
-        CollisionKind::RecursiveRegularised => {
-            Collision::RecursiveRegularised { magic, smagorinsky: lattice.smagorinsky.unwrap_or(0.0) }
-        }
-    };
     Ok((collision, coupling))
 }

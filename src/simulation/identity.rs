@@ -38,7 +38,7 @@ pub fn identity(setup: &Setup) -> Json {
         "relaxation_time": relaxation_time(fluid),
         "precision": setup.plan.precision.name(),
         "dry": fluid.is_none(),
-        "collision": fluid.map(|fluid| collision_name(fluid.collision)),
+        "collision": fluid.map(|fluid| fluid.collision.name()),
         "coupling": fluid.map(|fluid| coupling_name(&fluid.coupling)),
         "force_balance": fluid.map(|fluid| balance_name(fluid.force_balance)),
         "setup_hash": setup_hash(setup),
@@ -132,7 +132,7 @@ fn collision(collision: Collision) -> Json {
         Collision::Trt { magic } => (Some(magic), None),
         Collision::RecursiveRegularised { magic, smagorinsky } => (Some(magic), Some(smagorinsky)),
     };
-    let mut all = json!({ "magic_parameter": magic, "operator": collision_name(collision) });
+    let mut all = json!({ "magic_parameter": magic, "operator": collision.name() });
     if let Some(smagorinsky) = smagorinsky {
         all["smagorinsky"] = json!(smagorinsky);
     }
@@ -360,15 +360,6 @@ pub(super) fn surface_name(surface: &Surface) -> &'static str {
         Surface::Plane { .. } => "plane",
         Surface::Cylinder { pipe: true, .. } => "pipe",
         Surface::Cylinder { .. } => "rod",
-    }
-}
-
-/// As in the case file.
-pub(super) fn collision_name(collision: Collision) -> &'static str {
-    match collision {
-        Collision::Bgk => "bgk",
-        Collision::Trt { .. } => "trt",
-        Collision::RecursiveRegularised { .. } => "recursive_regularised",
     }
 }
 

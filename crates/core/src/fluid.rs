@@ -109,6 +109,15 @@ pub enum Collision {
 }
 
 impl Collision {
+    /// Its name in case files and summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Bgk => "bgk",
+            Self::Trt { .. } => "trt",
+            Self::RecursiveRegularised { .. } => "recursive_regularised",
+        }
+    }
+
     /// Smagorinsky's constant (-), 0 for none.
     fn smagorinsky(self) -> f64 {
         match self {

@@ -3,7 +3,7 @@
 use crate::case::{FluidSetup, Setup};
 use crate::output::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 use crate::simulation::Simulation;
-use crate::simulation::identity::{balance_name, collision_name, relaxation_time, setup_hash, surface_name};
+use crate::simulation::identity::{balance_name, relaxation_time, setup_hash, surface_name};
 
 /// The summary of a run that began or resumed after `first` steps; the averages are added by their
 /// [writer](crate::simulation::Writer::finish).
@@ -45,7 +45,7 @@ pub(super) fn summary(
         dry: fluid.is_none(),
         shapes: shapes(setup, simulation.counts()),
         walls: walls(setup, simulation.time()),
-        collision: fluid.map(|fluid| collision_name(fluid.collision).to_owned()),
+        collision: fluid.map(|fluid| fluid.collision.name().to_owned()),
         coupling: fluid.map(|fluid| fluid.coupling.name().to_owned()),
         force_balance: fluid.map(|fluid| balance_name(fluid.force_balance).to_owned()),
         net_flux_control: fluid.map(|fluid| {

@@ -44,6 +44,15 @@ impl Method {
         }
     }
 
+    /// The collision of a fluid that is not given another one, and with which its errors are measured: the drag of partially saturated cells
+    /// depends least on the relaxation time and the resolution with this magic parameter (validation/drag).
+    pub fn usual_collision(&self) -> Collision {
+        match self {
+            Self::Homogenised(_) => Collision::Bgk,
+            Self::Saturated(_) => Collision::Trt { magic: 0.125 },
+        }
+    }
+
     /// Half the width of the layer (cells) outside of which cells are wholly solid or wholly fluid.
     pub fn half_layer(&self) -> f64 {
         with_method!(self, method => method.half_layer())
@@ -166,12 +175,12 @@ pub(crate) fn sweep_alone<S: Population>(
     acceleration: [f64; 3],
     measure: bool,
 ) -> Option<Flow> {
-    fn with<S: Population, M: SolidModel>(
-        fluid: &mut Fluid<S>,
-        a: [f64; 3],
-        measure: bool,
-        model: M,
-    ) -> Option<Flow> {
+    // Homogenised cells are compiled for more collisions, but not for this one.
+    let method = match fluid.collision() {
+        Collision::RecursiveRegularised { .. } => Method::Saturated(Saturated::new(SolidOperator::default())),
+        Collision::Bgk | Collision::Trt { .. } => Method::Homogenised(Homogenised { ramp: 1.0 }),
+    };
+    with_method!(method, model => {
         let solids = &mut BlockSolids {
             segments: [&RowSegments::default(), &RowSegments::default()],
             spheres: &SphereRows::default(),
@@ -179,14 +188,6 @@ pub(crate) fn sweep_alone<S: Population>(
             model,
             images: Some(&Images::default()),
         };
-        fluid.sweep(a, solids, measure)
-    }
-    match fluid.collision() {
-        Collision::RecursiveRegularised { .. } => {
-            with(fluid, acceleration, measure, Saturated::new(SolidOperator::default()))
-        }
-        Collision::Bgk | Collision::Trt { .. } => {
-            with(fluid, acceleration, measure, Homogenised { ramp: 1.0 })
-        }
-    }
+        fluid.sweep(acceleration, solids, measure)
+    })
 }

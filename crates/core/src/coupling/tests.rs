@@ -46,11 +46,7 @@ pub(super) fn bgk(simd: Simd) -> FluidParams {
 
 /// Fluid for a coupling.
 pub(super) fn fluid_for(method: Method) -> FluidParams {
-    let collision = match method {
-        Method::Homogenised(_) => Collision::Bgk,
-        Method::Saturated(_) => Collision::Trt { magic: 0.125 },
-    };
-    FluidParams { collision, ..bgk(Simd::best()) }
+    FluidParams { collision: method.usual_collision(), ..bgk(Simd::best()) }
 }
 
 /// Every rank knows all; owned are those whose centre is in its block.

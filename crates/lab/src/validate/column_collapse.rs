@@ -59,7 +59,7 @@ fn collapse(context: &SuiteContext, aspect: f64, grains: u32, found: &mut Findin
     found.relative(format!("run-out over the length, {column} (-)"), heap.run_out(), run_out, RUN_OUT);
     found.relative(format!("height over the length, {column} (-)"), heap.height(), height, HEIGHT);
     found.note(format!("{column}: slope (degrees)"), heap.slope());
-    found.note(format!("{column}: largest speed at the end (m/s)"), heap.fastest);
+    found.note(format!("{column}: largest speed at the end (m/s)"), heap.fastest());
     if grains == LARGE {
         found.plot(
             format!("heap_{aspect}"),

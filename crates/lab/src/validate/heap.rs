@@ -81,7 +81,6 @@ impl Column {
     pub(super) fn heap(&self, context: &SuiteContext, setup: &Setup) -> Result<Heap> {
         let end = setup.plan.end_step;
         let watch = Watch { context, setup, threads: 1, every: EVERY };
-        let mut fastest = 0.0_f64;
         let rows = watch.rows(|run, rows: &mut Vec<[f64; 4]>| {
             if run.steps_done()? >= end {
                 let own = |body: &Particle| {
@@ -92,10 +91,7 @@ impl Column {
             }
             Ok(false)
         })?;
-        for row in &rows {
-            fastest = fastest.max(row[3]);
-        }
-        Ok(Heap { grains: rows, length: self.length(), fastest })
+        Ok(Heap { grains: rows, length: self.length() })
     }
 }
 
@@ -121,8 +117,6 @@ pub(super) struct Heap {
     grains: Vec<[f64; 4]>,
     /// Length of the column.
     length: f64,
-    /// Largest speed (m/s).
-    pub(super) fastest: f64,
 }
 
 impl Heap {
@@ -156,6 +150,11 @@ impl Heap {
         let end = height.iter().position(|&height| height < 1.0).unwrap_or(0).max(1);
         let (before, after) = (height[end - 1], height[end]);
         thickness * (end as f64 - 0.5 + (before - 1.0) / (before - after))
+    }
+
+    /// Largest speed (m/s).
+    pub(super) fn fastest(&self) -> f64 {
+        self.grains.iter().map(|grain| grain[3]).fold(0.0, f64::max)
     }
 
     /// Run-out over the length of the column.

@@ -49,7 +49,7 @@ fn check(found: &mut Findings, what: &str, heap: &Heap, (name, row): (&str, &str
     let quantity = format!("angle of repose of {what} (degrees)");
     let (angle, tolerance) = (table.of("grains", row, "angle"), table.of("grains", row, "tolerance"));
     found.absolute(quantity, heap.slope(), angle, tolerance).source(&source);
-    found.note(format!("{what}: largest speed at the end (m/s)"), heap.fastest);
+    found.note(format!("{what}: largest speed at the end (m/s)"), heap.fastest());
     found.plot(
         format!("heap_of_{name}"),
         format!("Heap of {what}"),

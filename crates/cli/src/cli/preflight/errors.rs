@@ -4,7 +4,6 @@ use crate::cli::terminal::{Row, row};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use turbid::case::{FluidSetup, Setup};
-use turbid::fluid::Collision;
 use turbid::shape::Shape;
 
 const TABLE: &str = include_str!("../../../../../validation/errors.csv");
@@ -39,14 +38,8 @@ fn kind(shape: &dyn Shape) -> &'static str {
 fn entries(setup: &Setup, fluid: &FluidSetup, body: &str, cells: f64) -> Vec<Entry> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(TABLE.as_bytes());
     let (tau, precision) = (fluid.relaxation_time, setup.plan.precision.name());
-    // The tables are those of the default collision.
-    let usual = match fluid.collision {
-        Collision::Trt { magic } => fluid.coupling.name() == "saturated" && (magic - 0.125).abs() < 1e-12,
-        Collision::Bgk => fluid.coupling.name() == "homogenised",
-        Collision::RecursiveRegularised { .. } => false,
-    };
     let fits = |entry: &Entry| {
-        usual
+        fluid.collision == fluid.coupling.usual_collision()
             && entry.coupling == fluid.coupling.name()
             && (entry.body == body || entry.body == "any")
             && (entry.precision == precision || entry.precision == "any")
