@@ -46,6 +46,13 @@ impl RowOrder {
         turn(a) < turn(b)
     }
 
+    /// Returns true if row `[y, z]` and its neighbours are rows of the block that are swept in the order of `z`, then of `y`.
+    #[inline(always)]
+    pub(crate) fn is_inner(&self, row: [usize; 2]) -> bool {
+        let margin = if self.has_first() { 2 } else { 1 };
+        (0..2).all(|a| row[a] >= margin && row[a] + margin < self.size[a])
+    }
+
     /// `[y, z]` as a row of the block, if it is one.
     #[inline(always)]
     pub(crate) fn row(&self, y: isize, z: isize) -> Option<[usize; 2]> {
@@ -75,6 +82,24 @@ mod tests {
             let turns: Vec<_> = part(true).chain(part(false)).collect();
             assert!(turns.windows(2).all(|w| order.is_before(w[0], w[1])));
             assert_eq!(part(true).count() > 0, order.has_first(), "{ranks} ranks");
+        }
+    }
+
+    #[test]
+    fn neighbours_of_inner_rows_are_swept_in_the_order_of_z_then_y() {
+        for ranks in [1, 2, 4, 6] {
+            let (order, [ny, nz]) = order([true; 3], ranks, ranks - 1);
+            let rows = (0..nz).flat_map(|z| (0..ny).map(move |y| [y, z]));
+            let inner: Vec<[usize; 2]> = rows.filter(|&row| order.is_inner(row)).collect();
+            assert!(inner.len() >= (ny - 4) * (nz - 4), "{ranks} ranks");
+            for [y, z] in inner {
+                for (other, before) in
+                    [([y - 1, z], true), ([y, z - 1], true), ([y + 1, z], false), ([y, z + 1], false)]
+                {
+                    assert_eq!(order.row(other[0] as isize, other[1] as isize), Some(other));
+                    assert_eq!(order.is_before(other, [y, z]), before, "{ranks} ranks, {other:?}");
+                }
+            }
         }
     }
 

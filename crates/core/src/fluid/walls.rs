@@ -130,6 +130,9 @@ struct RowEnds<T> {
     /// Last cell of a row, and the ghost beyond.
     last: isize,
     ghost: isize,
+    /// Of each direction, the link that the sweep of an [inner row](RowOrder::is_inner) completes: from the slot of the row's first cell to
+    /// the slots `(x, i)` and `(w, -i)`, and from the row's first link to its number.
+    inner: [([isize; 2], isize); 5],
     rule: LinkRule,
     /// Data of the rule, by row, then by direction.
     numbers: Vec<T>,
@@ -173,7 +176,7 @@ impl<S: Population> Walls<S> {
         let map = Map::new(domain, block, boundary)?;
         let closed =
             [0, 1].map(|face| map.is_at(face) && matches!(domain.faces[face], Face::Wall | Face::Inlet));
-        walls.find_ends(&map, closed);
+        walls.find_ends(layout, &map, closed);
         walls.find_runs(layout, &map, closed, boundary.part_of_link);
         walls.interpolated.set_motions(layout, (walls.lo, domain), &walls.motions, WallMotion::moves);
         walls.find_cells(&map);
@@ -211,6 +214,18 @@ impl<S: Population> Walls<S> {
         z: usize,
     ) {
         let (own, y, z) = ([y, z], y as isize, z as isize);
+        if self.order.is_inner(own) {
+            let base = layout.cell(0, y, z);
+            for ends in &self.ends {
+                let first = ends.link(self.size, y, z, 0);
+                for (slots, link) in ends.inner {
+                    let slots = slots.map(|slot| base.wrapping_add_signed(slot));
+                    let numbers = ends.numbers_of(first.wrapping_add_signed(link));
+                    ends.rule.apply(populations, ends_of(slots, entered), 1, numbers);
+                }
+            }
+            return;
+        }
         for ends in &self.ends {
             for (k, &i) in ends.directions.iter().enumerate() {
                 let [_, cy, cz] = C[i];
@@ -411,6 +426,26 @@ impl<T: Real> LinkList<T> {
 }
 
 impl<T> RowEnds<T> {
+    /// [`inner`](Self::inner) of a block of a size: links of the row itself unless their ghosts are in a later one, and those of an earlier
+    /// row whose ghosts are in this one.
+    fn inner_links(
+        directions: [usize; 5],
+        [last, ghost]: [isize; 2],
+        layout: &Layout,
+    ) -> [([isize; 2], isize); 5] {
+        let (ny, stride) = (layout.size[1] as isize, layout.stride);
+        let slot = |i: usize, x: isize, y: isize, z: isize| {
+            (i * stride + layout.cell(x, y + 1, z + 1)) as isize - layout.cell(0, 1, 1) as isize
+        };
+        std::array::from_fn(|k| {
+            let [_, cy, cz] = C[directions[k]];
+            let [y, z] = if (cz, cy) < (0, 0) { [cy, cz] } else { [0, 0] };
+            let near = slot(directions[k], last, y, z);
+            let far = slot(opposite(directions[k]), ghost, y - cy, z - cz);
+            ([near, far], (z * ny + y) * directions.len() as isize + k as isize)
+        })
+    }
+
     /// Number of a link: the `k`th of a row.
     #[inline(always)]
     fn link(&self, size: [usize; 3], y: isize, z: isize, k: usize) -> usize {

@@ -26,6 +26,7 @@ use crate::domain::Face;
 use crate::fluid::Real;
 use crate::fluid::layout::{AaPhase, Layout};
 use crate::fluid::population::Population;
+use crate::fluid::simd::prefetch;
 use crate::fluid::solid::CHUNK;
 use crate::lattice::{C, Q, W};
 pub(crate) use means::SavedMean;
@@ -96,8 +97,10 @@ impl Means {
 
 /// All links of the faces of a block that other cells send back.
 pub(super) struct FaceLinks<T> {
-    /// By row; no row at all if there is none.
-    rows: Vec<Vec<Stretch<T>>>,
+    /// Row by row.
+    stretches: Vec<Stretch<T>>,
+    /// First stretch of each row, and one past the last of all; no row at all if there is none.
+    rows: Vec<u32>,
     ways: Vec<FaceLink>,
     /// Slot of the first mean, and their number.
     means: [usize; 2],
@@ -129,6 +132,7 @@ impl<T: Real> FaceLinks<T> {
     pub(super) fn new(layout: &Layout) -> Self {
         let phases = [AaPhase::Even, AaPhase::Odd];
         Self {
+            stretches: Vec::new(),
             rows: Vec::new(),
             ways: Vec::new(),
             means: [layout.len(), 0],
@@ -140,10 +144,11 @@ impl<T: Real> FaceLinks<T> {
     /// Finds the cells beside faces of the block; `wrap_x` if it is its own neighbour in x.
     pub(super) fn find(&mut self, layout: &Layout, map: &Map, faces: [Face; 6], wrap_x: bool) {
         let [nx, ny, nz] = layout.size.map(|n| n as isize);
+        let mut rows: Vec<Vec<Stretch<T>>> = Vec::new();
         for (n, face) in
             faces.into_iter().enumerate().filter(|(n, face)| face.sends_to_neighbours() && map.is_at(*n))
         {
-            self.rows.resize_with((ny * nz) as usize, Vec::new);
+            rows.resize_with((ny * nz) as usize, Vec::new);
             let outwards = T::from_f64(if n.is_multiple_of(2) { -1.0 } else { 1.0 });
             let mut beside = [0..nx, 0..ny, 0..nz];
             let (axis, size) = (n / 2, layout.size[n / 2] as isize);
@@ -169,7 +174,7 @@ impl<T: Real> FaceLinks<T> {
                         } else {
                             None
                         };
-                        self.rows[(z * ny + y) as usize].push(Stretch {
+                        rows[(z * ny + y) as usize].push(Stretch {
                             cell: layout.cell(same[0].0, y, z),
                             count: same.len(),
                             ways: [first, self.ways.len()],
@@ -178,6 +183,14 @@ impl<T: Real> FaceLinks<T> {
                     }
                 }
             }
+        }
+        // One after the other, as they are read.
+        for row in &rows {
+            self.rows.push(self.stretches.len() as u32);
+            self.stretches.extend(row);
+        }
+        if !rows.is_empty() {
+            self.rows.push(self.stretches.len() as u32);
         }
     }
 
@@ -195,13 +208,23 @@ impl<T: Real> FaceLinks<T> {
         populations: &mut [S],
         means: Means,
     ) {
-        for stretch in self.rows.get(row).into_iter().flatten() {
-            self.apply_to(stretch, entered, populations, means);
+        let Some(&[first, end]) = self.rows.get(row..row + 2) else { return };
+        // Those of the row that is probably the next: the sweep has driven them out of the cache.
+        let next = self.stretches.as_ptr().wrapping_add(end as usize);
+        (0..size_of::<Stretch<T>>()).step_by(64).for_each(|byte| prefetch(next.wrapping_byte_add(byte)));
+        for stretch in &self.stretches[first as usize..end as usize] {
+            // Rows that end at the face have one cell each.
+            if stretch.count == 1 {
+                self.apply_to::<S, 1>(stretch, entered, populations, means);
+            } else {
+                self.apply_to::<S, CHUNK>(stretch, entered, populations, means);
+            }
         }
     }
 
+    /// For a stretch of at most `MOST` cells; of `MOST` if that is 1.
     #[inline(always)]
-    fn apply_to<S: Population<Number = T>>(
+    fn apply_to<S: Population<Number = T>, const MOST: usize>(
         &self,
         stretch: &Stretch<T>,
         entered: AaPhase,
@@ -209,11 +232,12 @@ impl<T: Real> FaceLinks<T> {
         means: Means,
     ) {
         let Stretch { cell, count, ways: [first, end], outlet } = *stretch;
+        let count = if MOST == 1 { 1 } else { count };
         let (arrived, left) = (&self.arrived[entered as usize], &self.left[entered as usize]);
         let c = |x: f64| T::from_f64(x);
-        let mut more = [T::ZERO; CHUNK];
+        let mut more = [T::ZERO; MOST];
         if let Some(Outlet { excess, absorption }) = outlet {
-            let (mut sum, mut momentum) = ([T::ZERO; CHUNK], [[T::ZERO; CHUNK]; 3]);
+            let (mut sum, mut momentum) = ([T::ZERO; MOST], [[T::ZERO; MOST]; 3]);
             for (i, left) in left.iter().enumerate().skip(1) {
                 let from = &populations[cell.wrapping_add(*left)..][..count];
                 for (k, g) in from.iter().enumerate() {
@@ -269,7 +293,7 @@ impl<T: Real> FaceLinks<T> {
         for [here, beyond] in outwards {
             populations[beyond] = populations[here];
         }
-        let all = || self.rows.iter().flatten();
+        let all = || self.stretches.iter();
         for stretch in all().filter(|stretch| stretch.outlet.is_none()) {
             for way in &self.ways[stretch.ways[0]..stretch.ways[1]] {
                 let from = stretch.cell.wrapping_add(self.left[0][usize::from(way.sent)]);
@@ -279,7 +303,7 @@ impl<T: Real> FaceLinks<T> {
             }
         }
         for stretch in all().filter(|stretch| stretch.outlet.is_some()) {
-            self.apply_to(stretch, AaPhase::Even, populations, Means::Begin);
+            self.apply_to::<S, CHUNK>(stretch, AaPhase::Even, populations, Means::Begin);
         }
     }
 
@@ -291,7 +315,7 @@ impl<T: Real> FaceLinks<T> {
 
     /// Calls `visit(face, cell, slot)` for each mean of the block.
     fn each_mean<S: Population<Number = T>>(&self, mut visit: impl FnMut(usize, usize, usize)) {
-        for stretch in self.rows.iter().flatten() {
+        for stretch in &self.stretches {
             let absorption = stretch.outlet.and_then(|outlet| outlet.absorption);
             if let Some(Absorption { face, first, .. }) = absorption {
                 (0..stretch.count)
@@ -316,7 +340,7 @@ impl<T: Real> FaceLinks<T> {
             weights: Vec::new(),
         };
         let (arrived, left) = (&self.arrived[entered as usize], &self.left[entered as usize]);
-        for stretch in self.rows.iter().flatten() {
+        for stretch in &self.stretches {
             for k in 0..stretch.count {
                 let cell = stretch.cell + k;
                 for way in &self.ways[stretch.ways[0]..stretch.ways[1]] {

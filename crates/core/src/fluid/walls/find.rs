@@ -147,7 +147,7 @@ impl Map {
 
 impl<S: Population> Walls<S> {
     /// Links across the ends of rows that are `closed`, low and high.
-    pub(super) fn find_ends(&mut self, map: &Map, closed: [bool; 2]) {
+    pub(super) fn find_ends(&mut self, layout: &Layout, map: &Map, closed: [bool; 2]) {
         let [nx, ny, nz] = self.size.map(|n| n as isize);
         for (last, ghost, _) in [(0, -1, closed[0]), (nx - 1, nx, closed[1])].into_iter().filter(|end| end.2)
         {
@@ -157,6 +157,7 @@ impl<S: Population> Walls<S> {
                 directions,
                 last,
                 ghost,
+                inner: RowEnds::<S::Number>::inner_links(directions, [last, ghost], layout),
                 rule: LinkRule::Moving,
                 numbers: Vec::new(),
                 walls: Vec::new(),
