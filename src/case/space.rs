@@ -2,7 +2,7 @@
 
 use super::checks::Document;
 use super::dry;
-use super::file::{LatticeSection, Size};
+use super::file::{Entry, LatticeSection, Size};
 use super::kinds::Kinds;
 use crate::coupling::Method;
 use crate::domain::Domain;
@@ -111,8 +111,8 @@ fn width_of(shape: &dyn Shape) -> f64 {
     shape.passage().map_or_else(|| shape.circumradius(), |passage| passage.radius)
 }
 
-/// Refuses bodies that go through the box, but are not as long as it, do not move as they must, lie askew, or are moved by an external
-/// engine.
+/// Refuses bodies that go through the box, but are not as long as it, turn about another axis, lie askew, are placed at random, or are moved
+/// by an external engine.
 pub(super) fn refuse_passages(
     document: &Document,
     domain: &Domain,
@@ -120,6 +120,10 @@ pub(super) fn refuse_passages(
     (motions, engine): (&[PrescribedMotion], &EngineChoice),
     particles: &[Particle],
 ) -> Result<()> {
+    let at_random = |section: usize| {
+        let kind = &document.case.particles[section];
+        kind.is_random() && !kind.is_empty()
+    };
     for (template, (Template { shape, .. }, section)) in templates.iter().zip(sections).enumerate() {
         let Some(Passage { axis, along, length, .. }) = shape.passage() else { continue };
         let (name, edge, motion) = (["x", "y", "z"][axis], domain.size()[axis], &motions[*section]);
@@ -128,6 +132,10 @@ pub(super) fn refuse_passages(
         let askew = |particle: &&Particle| {
             let lies = particle.orientation() * along;
             particle.template == template as u64 && (lies - Vec3::ith(axis, 1.0)).norm() > ALIGNED
+        };
+        let turned = |entry: &Entry| match entry {
+            Entry::Position(_) => false,
+            Entry::Moving(moving) => (0..3).any(|i| i != axis && moving.angular_velocity[i] != 0.0),
         };
         let (at, title, remedy) = if !domain.is_periodic(axis) {
             let remedy = "between walls a body of their distance touches both; remove the key".to_string();
@@ -138,12 +146,16 @@ pub(super) fn refuse_passages(
         } else if *engine != EngineChoice::Native {
             let title = "only the native engine has bodies that go through the box".to_string();
             (key(".through"), title, "take dem.engine = \"native\"".to_string())
-        } else if !motion.is_complete() {
-            let title = "bodies that go through the box must not move freely".to_string();
-            (key(".through"), title, "set motion = \"fixed\", or prescribe all of it".to_string())
         } else if (0..3).any(|i| i != axis && turns[i] != 0.0) {
             let title = format!("bodies that go through the box in {name} turn about {name} alone");
             (key(".motion"), title, "remove the other components of `angular_velocity`".to_string())
+        } else if let Some(entry) = document.case.particles[*section].list().iter().position(turned) {
+            let title = format!("bodies that go through the box in {name} turn about {name} alone");
+            let remedy = "remove the other components of its `angular_velocity`".to_string();
+            (key(&format!(".list.{entry}")), title, remedy)
+        } else if at_random(*section) {
+            let title = "bodies that go through the box are not placed at random".to_string();
+            (key(".through"), title, "give their places in `list` or `file`".to_string())
         } else if let Some(particle) = particles.iter().find(askew) {
             let title =
                 format!("particle {} goes through the box in {name}, but does not lie along it", particle.id);

@@ -103,3 +103,38 @@ fn the_drag_on_a_square_array_of_endless_cylinders_is_that_of_the_literature_alo
         assert!((drag / expected - 1.0).abs() < 0.02, "{fraction} along {axis}: {drag} for {expected}");
     }
 }
+
+#[test]
+fn a_free_disc_settles_in_a_square_cell_as_the_drag_of_the_literature_says_upright_and_without_turning() {
+    // Force per length over viscosity and velocity, with no net flux: Sangani and Acrivos (1982) as above, by the superficial velocity.
+    let (cells, fraction, expected) = (24.0_f64, 0.2_f64, 51.53);
+    let diameter = cells * 2.0 * (fraction / std::f64::consts::PI).sqrt() * 1e-4;
+    let text = format!(
+        "domain.size = [{0}, {0}, 4e-4]\n\
+         fluid = {{ density = 1000, viscosity = 1e-5, precision = \"f64\" }}\n\
+         lattice = {{ cells_per_diameter = 10, relaxation_time = 0.8 }}\n\
+         driving = {{ gravity = [1e-3, 0, 0], force_balance = \"mixture\", zero_net_flux = true }}\n\
+         run.end.steps = 6000\n\
+         [[particles]]\n\
+         shape.sphere.diameter = 1e-3\n\
+         density = 1000\n\
+         count = 0\n\
+         [[particles]]\n\
+         shape.cylinder = {{ diameter = {diameter:e}, length = 4e-4 }}\n\
+         density = 2000\n\
+         through = \"z\"\n\
+         list = [[1e-4, 2e-4, 3e-4]]\n",
+        cells * 1e-4
+    );
+    let setup = case::from_text(&text, "disc", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let mut run = Simulation::solo(&setup).unwrap();
+    run.advance(6000).unwrap();
+    let disc = run.particles()[0];
+    // Weight less buoyancy per length, the force that drives the fluid of an array at rest, too.
+    let weight = 1000.0 * 1e-3 * std::f64::consts::PI / 4.0 * diameter * diameter;
+    let drag = weight / (1000.0 * 1e-5 * disc.velocity[0]);
+    println!("{drag:.2} for {expected}");
+    assert!((drag / expected - 1.0).abs() < 0.02, "{drag} for {expected}");
+    assert!(disc.angular_velocity[0].abs().max(disc.angular_velocity[1].abs()) < 1e-15);
+    assert!(disc.velocity[1].abs().max(disc.velocity[2].abs()) < 1e-6 * disc.velocity[0]);
+}

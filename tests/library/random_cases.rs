@@ -146,10 +146,13 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         let shape = if lubricated || random.random_bool(0.5) { side } else { round };
         writeln!(
             text,
-            "[[particles]]\nshape = {{ {shape} }}\nthrough = \"{name}\"\ndensity = 2000\nlist = [[0, 0, 0], [7e-4, 7e-4, 7e-4]]\n\
-             motion = {{ velocity = [0.01, -0.02, 0.03] }}"
+            "[[particles]]\nshape = {{ {shape} }}\nthrough = \"{name}\"\ndensity = 2000\nlist = [[3.5e-4, 3.5e-4, 3.5e-4], [1.05e-3, 1.05e-3, 1.05e-3]]"
         )
         .unwrap();
+        // Some move freely.
+        if random.random_bool(0.5) {
+            text += "motion = { velocity = [0.01, -0.02, 0.03] }\n";
+        }
     }
     let drive = DRIVES.choose(random).unwrap();
     let substeps = random.random_range(1..4_u8);

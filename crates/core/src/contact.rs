@@ -24,6 +24,7 @@ pub mod nearest;
 pub mod neighbours;
 pub mod overlap;
 pub mod pairs;
+mod parallel;
 mod partial_slip;
 mod polyhedra;
 pub mod rolling;

@@ -130,6 +130,11 @@ pub trait Shape: Send + Sync + Debug {
         None
     }
 
+    /// The piece in the box of a body that goes through it.
+    fn piece(&self) -> Option<Arc<dyn Shape>> {
+        None
+    }
+
     /// The radius if the body is a sphere: pairs of spheres have closed-form contacts.
     fn as_sphere(&self) -> Option<f64> {
         None

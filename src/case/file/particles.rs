@@ -19,7 +19,7 @@ pub struct ParticleSection {
     /// Geometry.
     pub shape: ShapeSection,
     /// Axis of the box along which the bodies go through its periodic faces, without ends: cylinders, cuboids and prisms whose z axis is laid
-    /// along it, as long as the box. Their whole motion is prescribed, and they turn about that axis alone. Default: none.
+    /// along it, as long as the box, placed by `list` or `file`. They turn about that axis alone. Default: none.
     pub through: Option<Axis>,
     /// Density (kg/m^3).
     #[schemars(transform = positive)]

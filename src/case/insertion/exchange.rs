@@ -108,6 +108,14 @@ impl Exchange<'_> {
     fn insertion(&self, n: usize, section: &InsertionSection) -> Result<Insertion> {
         let (document, key, index) = (self.document(), format!("insertion.{n}"), section.kind);
         self.kind(&key, index)?;
+        if document.case.particles[index].through.is_some() {
+            let through = format!("particles.{index}.through");
+            let title = format!(
+                "`{key}` inserts bodies that go through the box, which have places in `list` or `file` alone"
+            );
+            let marks = [(&*key, "inserts such bodies"), (&*through, "goes through the box")];
+            return Err(document.error_at(&marks, &title, "take another `[[particles]]` section"));
+        }
         self.free(&key, "inserts", index)?;
         let region = self.region(&key, &section.region)?;
         self.inside(&key, &region, [true; 3])?;

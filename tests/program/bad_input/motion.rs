@@ -16,12 +16,15 @@ fn bodies_that_cannot_go_through_the_box_are_refused() {
     };
     let sphere = format!("{random}\nthrough = \"z\"");
     let listed = |length: &str, motion: &str| rod(length, &format!("{motion}list = [[1e-3, 1e-3, 1e-3]]"));
+    let moving = |more: &str| rod("6e-3", &format!("list = [{{ position = [1e-3, 1e-3, 1e-3], {more} }}]"));
     let rows = [
         (sphere, "is no cylinder or prism along its z axis"),
         (listed("5e-3", "motion = \"fixed\"\n"), "0.006 m in x"),
-        (listed("6e-3", ""), "must not move freely"),
+        (moving("angular_velocity = [1, 2, 0]"), "turn about x alone"),
+        (rod("6e-3", "count = 1"), "are not placed at random"),
         (listed("6e-3", "motion = { angular_velocity = [1, 2, 0] }\n"), "turn about x alone"),
-        (rod("6e-3", "motion = \"fixed\"\ncount = 1"), "does not lie along it"),
+        (rod("6e-3", "motion = \"fixed\"\ncount = 1"), "are not placed at random"),
+        (moving("orientation = { axis = [0, 1, 0], angle = 3 }"), "does not lie along it"),
     ];
     for (particles, expected) in &rows {
         all_refused(&[(random, particles.as_str(), &["bad.toml:", "through", *expected])]);

@@ -3,9 +3,9 @@
 use super::clip::Plane;
 use super::polyhedra::Hint;
 use super::solid::Solid;
-use super::{Geometry, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
+use super::{Geometry, parallel, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
 use crate::math::{Mat3, Quat, Vec3};
-use crate::shape::Shape;
+use crate::shape::{Passage, Shape};
 use crate::wall::Surface;
 use std::sync::Arc;
 
@@ -57,6 +57,28 @@ pub struct GrownShape {
     solid: Option<Arc<Solid>>,
     /// Radius of the grown sphere (m), if it is one.
     sphere: Option<f64>,
+    /// Of a body that goes through the box, the piece in it.
+    piece: Option<Arc<Piece>>,
+}
+
+/// The piece in the box of a body that goes through it, for overlaps along its whole length.
+#[derive(Debug)]
+struct Piece {
+    passage: Passage,
+    /// Radius of the grown cylinder (m), if it is one.
+    cylinder: Option<f64>,
+    grown: GrownShape,
+    /// Part of the overlap of grown pieces that counts: these have grown ends.
+    part: f64,
+}
+
+impl Piece {
+    fn new(shape: &dyn Shape, enlargement: f64) -> Option<Self> {
+        let (passage, piece) = (shape.passage()?, shape.piece()?);
+        let part = passage.length / (passage.length + 2.0 * enlargement);
+        let cylinder = shape.as_cylinder().map(|(radius, _)| radius + enlargement);
+        Some(Self { passage, cylinder, grown: GrownShape::new(piece, enlargement), part })
+    }
 }
 
 impl GrownShape {
@@ -64,7 +86,8 @@ impl GrownShape {
     pub fn new(shape: Arc<dyn Shape>, enlargement: f64) -> Self {
         let solid = shape.as_polyhedron().map(|p| Arc::new(Solid::new(p, enlargement)));
         let sphere = shape.as_sphere().map(|radius| radius + enlargement);
-        Self { shape, enlargement, solid, sphere }
+        let piece = Piece::new(&*shape, enlargement).map(Arc::new);
+        Self { shape, enlargement, solid, sphere, piece }
     }
 
     /// True if it is a polyhedron.
@@ -128,6 +151,21 @@ impl Body<'_> {
     }
 }
 
+/// Bodies that go through the box along the same axis, as the pieces side by side in it, and the offset (m) across them.
+fn side_by_side<'a>(
+    [first, second]: [&Body<'a>; 2],
+    mut offset: Vec3,
+) -> Option<([&'a Piece; 2], [Body<'a>; 2], Vec3)> {
+    let (a, b) = (first.grown.piece.as_deref()?, second.grown.piece.as_deref()?);
+    let axis = a.passage.axis;
+    if axis != b.passage.axis {
+        return None;
+    }
+    offset[axis] = 0.0;
+    let of = |piece: &'a Piece, body: &Body| Body { grown: &piece.grown, ..*body };
+    Some(([a, b], [of(a, first), of(b, second)], offset))
+}
+
 /// Returns true if the spheres that hold two bodies meet; false if the offset is not finite.
 fn meet(first: &Body, second: &Body, offset: Vec3) -> bool {
     let reach = first.grown.reach() + second.grown.reach();
@@ -173,6 +211,13 @@ fn overlap_of_any(
     if !meet(first, second, offset) {
         return None;
     }
+    if let Some(([a, b], [one, other], across)) = side_by_side([first, second], offset) {
+        if let (Geometry::Exact, Some(first), Some(second)) = (geometry, a.cylinder, b.cylinder) {
+            return parallel::cylinders([first, second], a.passage.length, across);
+        }
+        let found = overlap_of_any(geometry, [&one, &other], rotations, across, hint)?;
+        return Some(found.of_piece(a.part, a.passage.axis));
+    }
     let samples = match geometry {
         Geometry::Sampled { samples } => samples,
         Geometry::Exact => match (first.form(), second.form()) {
@@ -201,6 +246,9 @@ pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
     if !meet(first, second, offset) {
         return false;
     }
+    if let Some((_, [first, second], across)) = side_by_side([first, second], offset) {
+        return intersects(&first, &second, across);
+    }
     match (first.form(), second.form()) {
         (Form::Sphere(_), Form::Sphere(_)) => true,
         (Form::Solid(a), Form::Solid(b)) => {
@@ -216,6 +264,17 @@ pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
 /// Overlap of a body with a wall, seen from the centre of the body; `None` if they do not touch. The normal points
 /// from the body into the wall.
 pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
+    if let Some(piece) = &body.grown.piece {
+        let Passage { axis, length, .. } = piece.passage;
+        if let (Geometry::Exact, Some(radius), Surface::Plane { normal, .. }) =
+            (geometry, piece.cylinder, wall)
+        {
+            let plane = (wall.distance(Vec3::zeros()), -normal);
+            return parallel::cylinder_at_plane(radius, length, plane);
+        }
+        let found = overlap_wall(geometry, &Body { grown: &piece.grown, ..*body }, wall)?;
+        return Some(found.of_piece(piece.part, axis));
+    }
     let samples = match (geometry, wall) {
         (Geometry::Sampled { samples }, _) => samples,
         (Geometry::Exact, Surface::Plane { point, normal }) => {

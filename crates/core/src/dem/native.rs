@@ -53,6 +53,8 @@ mod saved_tests;
 mod slip_tests;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod through_tests;
 mod velocities;
 #[cfg(test)]
 mod wall_tests;
@@ -146,6 +148,7 @@ impl Native {
                 reach: model.reach_along(&template.shape),
                 inertia: Inertia::of(template),
                 weight: params.gravity * Inertia::of(template).mass,
+                turns_about: template.shape.passage().map(|passage| passage.axis),
                 is_free: params.motions.get(index).is_none_or(PrescribedMotion::is_free),
                 motion: params.motions.get(index).cloned().unwrap_or_default(),
             })
@@ -208,13 +211,14 @@ impl Native {
 
     /// Stores the loads of the previous sub-step for the laws that need them, and replaces them if there are new ones.
     fn note_loads(&mut self, new: Option<&[Load]>) {
-        let ContactContext { past, laws, local, params, .. } = &mut self.context;
+        let ContactContext { past, laws, local, params, templates, .. } = &mut self.context;
         past.clear();
         let needs_past = params.is_lubricated() || laws.iter().any(PairLaw::lags);
         if let Some(new) = new {
             std::mem::swap(past, &mut local.loads);
             local.loads.clear();
             local.loads.extend_from_slice(new);
+            hold_axes(templates, local.store.owned(), &mut local.loads);
         } else if needs_past {
             past.extend_from_slice(&local.loads);
         }
@@ -235,7 +239,9 @@ impl Native {
     /// One sub-step; all messages are exchanged even if it fails.
     fn advance_once(&mut self, comm: &Comm, dt: f64) -> Result<()> {
         let evaluated = self.evaluate_contacts(comm, dt);
-        self.forces.reduce(comm, &self.context.near, &self.context.local);
+        let ContactContext { near, local, templates, .. } = &self.context;
+        self.forces.reduce(comm, near, local);
+        hold_axes(templates, local.store.owned(), &mut self.forces.totals);
         let before = self.context.is_narrow.then(|| self.touching());
         let moved = self.integrate(dt);
         let ContactContext { near, local, substep, .. } = &mut self.context;
@@ -261,6 +267,18 @@ impl Native {
         let walls = context.walls(model, dt, films, (forces, velocities));
         forces.finish();
         pairs.and(walls)
+    }
+}
+
+/// Leaves bodies that go through the box, which turn about the axis of the box along it alone, only the torque about that axis.
+fn hold_axes(templates: &[TemplateConstants], owned: &[Particle], loads: &mut [Load]) {
+    if templates.iter().all(|template| template.turns_about.is_none()) {
+        return;
+    }
+    for (particle, load) in owned.iter().zip(loads) {
+        if let Some(axis) = templates[particle.template as usize].turns_about {
+            (0..3).filter(|&other| other != axis).for_each(|other| load.torque[other] = 0.0);
+        }
     }
 }
 

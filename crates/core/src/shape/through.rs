@@ -116,6 +116,10 @@ impl Shape for Through {
         Some(self.passage)
     }
 
+    fn piece(&self) -> Option<Arc<dyn Shape>> {
+        Some(self.piece.clone())
+    }
+
     fn curvature(&self) -> Curvature {
         self.curvature
     }

@@ -35,6 +35,8 @@ pub(super) struct TemplateConstants {
     pub(super) inertia: Inertia,
     /// Its weight (N).
     pub(super) weight: Vec3,
+    /// The axis of the box along which it goes through it, the only one that it turns about.
+    pub(super) turns_about: Option<usize>,
     /// True if nothing of its motion is prescribed.
     pub(super) is_free: bool,
     /// Prescribed part of its motion.
