@@ -11,6 +11,7 @@ mod column_collapse;
 mod context;
 mod cylinder;
 mod drafting;
+mod flow_past_sphere;
 mod friction;
 mod heap;
 mod hertz;
@@ -67,6 +68,7 @@ pub const CASES: &[Case] = &[
     round_walls::CASE,
     open_faces::CASE,
     cylinder::CASE,
+    flow_past_sphere::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
     net_flux::CASE,
