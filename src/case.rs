@@ -58,7 +58,7 @@ pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub(crate) use schedule::of_machine;
-pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, Steady};
+pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, Profile, RunPlan, Steady};
 pub use speeds::{Bound, DrivenFlow, Impact};
 pub use start::StartFlow;
 

@@ -4,7 +4,7 @@
 //! when it begins, then the writers, with names from [`OutputFiles`], and [`Summary::write`] at the end.
 //!
 //! Files appear under their final name only when they are complete and on disk: they are written as `NAME.tmp`, synced, and renamed. Only
-//! `series.csv` and `particle_series.csv` grow, by whole rows. So a run that is killed leaves readable files.
+//! `series.csv`, `particle_series.csv` and `profiles.csv` grow, by whole rows. So a run that is killed leaves readable files.
 
 mod atomic;
 pub mod contacts;
@@ -16,6 +16,7 @@ pub mod picture;
 pub mod pieces;
 pub mod points;
 pub mod polydata;
+pub mod profiles;
 pub mod pvd;
 pub mod series;
 pub mod statistics;

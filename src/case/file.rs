@@ -378,6 +378,13 @@ pub struct OutputSection {
     /// they have more than 100000 triangles: 312 spheres or 8333 cubes.
     #[schemars(transform = free)]
     pub surfaces_every: Option<Every>,
+    /// Rows of profiles.csv, where there are `profiles`. Default: 100 over the run.
+    #[schemars(transform = free)]
+    pub profiles_every: Option<Every>,
+    /// Profiles of particles and fluid along axes of the box, in profiles.csv, and their means over time. Default: none.
+    #[serde(default)]
+    #[schemars(transform = free)]
+    pub profiles: Vec<ProfileSection>,
     /// Contacts (.vtp). Default: as often as particles.
     #[schemars(transform = free)]
     pub contacts_every: Option<Every>,
@@ -394,6 +401,17 @@ pub struct OutputSection {
     /// A checkpoint at the end, with which a finished run can be extended or branched off. Default: true unless `checkpoint_every` is "never".
     #[schemars(transform = free)]
     pub checkpoint_at_end: Option<bool>,
+}
+
+/// A profile along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProfileSection {
+    /// Axis of the box along which the bins follow each other.
+    pub axis: Axis,
+    /// Number of bins of equal length from one face of the box to the other.
+    #[schemars(extend("minimum" = 1, "maximum" = 10_000))]
+    pub bins: usize,
 }
 
 /// An axis of the box.

@@ -61,6 +61,10 @@ pub struct OutputPlan {
     pub surfaces_every: u64,
     /// Steps between files of contacts.
     pub contacts_every: u64,
+    /// Steps between rows of `profiles.csv`; 0 without profiles.
+    pub profiles_every: u64,
+    /// The profiles.
+    pub profiles: Vec<Profile>,
     /// Steps between pictures.
     pub picture_every: u64,
     /// The pictures.
@@ -69,6 +73,15 @@ pub struct OutputPlan {
     pub checkpoint_every: CheckpointSpacing,
     /// The run leaves a checkpoint at its end.
     pub checkpoint_at_end: bool,
+}
+
+/// A profile along an axis of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Profile {
+    /// The axis.
+    pub axis: usize,
+    /// Number of bins of equal length.
+    pub bins: usize,
 }
 
 /// Interval between the checkpoints that a run writes without a request.
@@ -128,7 +141,7 @@ impl RunPlan {
     }
 
     /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
-    fn spacings(&self) -> [(&'static str, u64); 7] {
+    fn spacings(&self) -> [(&'static str, u64); 8] {
         let plan = &self.output;
         [
             ("run.average_from", self.average_from_step),
@@ -137,6 +150,7 @@ impl RunPlan {
             ("output.particles_every", plan.particles_every),
             ("output.surfaces_every", plan.surfaces_every),
             ("output.contacts_every", plan.contacts_every),
+            ("output.profiles_every", plan.profiles_every),
             ("output.picture_every", plan.picture_every),
         ]
     }
@@ -309,6 +323,15 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
             None if !cfg!(feature = "pictures") => 0,
             asked => every("picture_every", asked, 10)?,
         },
+        profiles_every: match output.profiles[..] {
+            [] => 0,
+            _ => every("profiles_every", output.profiles_every, 100)?,
+        },
+        profiles: output
+            .profiles
+            .iter()
+            .map(|of| Profile { axis: of.axis as usize, bins: of.bins })
+            .collect(),
         pictures: pictures(document, size)?,
         checkpoint_every,
         checkpoint_at_end: output.checkpoint_at_end.unwrap_or(checkpoint_every != CheckpointSpacing::Never),

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log
+//!   summary.json  series.csv  particle_series.csv  profiles.csv  profile_means.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log
 //!   process.log
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
@@ -47,12 +47,14 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory, beside the collections.
-const TOP: [&str; 7] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS, SCRIPT, RUN];
+const TOP: [&str; 9] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS, PROFILES, PROFILE_MEANS, SCRIPT, RUN];
 const SUMMARY: &str = "summary.json";
 const SERIES: &str = "series.csv";
 const SETTLING: &str = "settling_velocity.png";
 const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
+const PROFILES: &str = "profiles.csv";
+const PROFILE_MEANS: &str = "profile_means.csv";
 const SCRIPT: &str = "open.py";
 /// Id of the run whose files these are.
 const RUN: &str = "run.id";
@@ -193,6 +195,16 @@ impl OutputFiles {
     /// The time series of single particles.
     pub fn particle_series(&self) -> PathBuf {
         self.directory.join(PATHS)
+    }
+
+    /// Profiles over time.
+    pub fn profiles(&self) -> PathBuf {
+        self.directory.join(PROFILES)
+    }
+
+    /// Means of the profiles.
+    pub fn profile_means(&self) -> PathBuf {
+        self.directory.join(PROFILE_MEANS)
     }
 
     /// Log of the external engine of this name.

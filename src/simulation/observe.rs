@@ -17,9 +17,11 @@ use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind};
 use crate::output::{Numbered, OutputFiles, Summary};
 use crate::particle::Particle;
+pub(super) use gather::partners;
 pub(super) use gather::{
     each_cell, fields as all_fields, loads as all_loads, own_fields, particles as all_particles,
 };
+pub(super) use row::branch_moment;
 pub(super) use row::settles_for_ever;
 #[cfg(feature = "pictures")]
 pub(super) use row::settling_direction;

@@ -15,6 +15,7 @@
 
 #[cfg(feature = "pictures")]
 mod pictures;
+mod profiles;
 pub(super) mod series;
 mod steady;
 mod vtk;
@@ -278,6 +279,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     #[cfg(feature = "pictures")]
     writers.push(Box::new(pictures::Pictures::new(setup)));
     writers.push(Box::new(series::Series::new(setup)));
+    if let Some(profiles) = profiles::Profiles::of(setup) {
+        writers.push(Box::new(profiles));
+    }
     if let Some(steadiness) = steady::Steadiness::of(setup) {
         writers.push(Box::new(steadiness));
     }

@@ -13,6 +13,7 @@ mod liggghts;
 mod output;
 mod pages;
 mod population;
+mod profiles;
 mod random_cases;
 mod reference;
 mod same_body;

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use turbid::case;
-use turbid::output::{Summary, particle_series, series};
+use turbid::output::{Summary, particle_series, profiles, series};
 use turbid_cli::cli;
 use turbid_lab::study;
 
@@ -287,6 +287,16 @@ fn the_page_on_tables_has_every_column() {
         particle_series::PATHS
     );
     columns(&mut out, &particle_series::COLUMNS, &particle_series::DEFINITIONS);
+    out.push_str(
+        "\n## profiles.csv\n\nOne row for each profile of `output.profiles`, time and bin. `number_density_particles.N` (1/m^3), the number density of a \
+         section\n`[[particles]]`, follow for all of these.\n\n",
+    );
+    columns(&mut out, &profiles::COLUMNS, &profiles::DEFINITIONS);
+    out.push_str(
+        "\n## profile_means.csv\n\nOne row for each bin: `profile`, `position`, the number of `rows` of profiles.csv from `run.average_from` on, and of each column \
+         of that\nfrom `solid_fraction` on the mean over these rows and its standard error, `NAME_error`, which knows how long the values are \
+         correlated; empty\nwith fewer than 16 rows.\n",
+    );
     out.push_str(
         "\n## result.csv\n\nOne row for each finished run of a [study](../study.md): its name `run`, a column for each axis, the columns \
          below, one for each\n`[[window]]`, and the `version` of the program. What a run does not have stays empty. Names without a definition \

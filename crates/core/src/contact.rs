@@ -16,6 +16,7 @@
 
 mod clip;
 pub mod cohesion;
+mod cut;
 pub mod friction;
 mod impact;
 pub mod law;
@@ -39,6 +40,7 @@ mod tests;
 use crate::math::Vec3;
 use crate::shape::{Passage, Shape};
 pub use cohesion::Cohesion;
+pub use cut::CutPart;
 pub use friction::{Friction, RelativeMotion};
 pub use impact::SpherePair;
 pub use law::{PairLaw, PairProperties};

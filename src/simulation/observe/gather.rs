@@ -81,7 +81,7 @@ pub(super) fn contacts(simulation: &Simulation, touches: &[ContactState]) -> Vec
 ///
 /// Only an engine that has all contacts at one rank names others than those on it
 /// ([`GhostLayer`](crate::dem::assign::GhostLayer)).
-pub(super) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Particle> {
+pub(in crate::simulation) fn partners(simulation: &Simulation, own: &[ContactState]) -> Vec<Particle> {
     let (comm, store) = (&simulation.comm, simulation.dem.particles());
     let mut known = store.particles.clone();
     known.sort_unstable_by_key(|particle| particle.id);

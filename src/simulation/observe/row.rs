@@ -224,13 +224,9 @@ fn of_loads(setup: &Setup, simulation: &Simulation, first: usize, sums: &mut Sum
 
 /// Terms of a contact; `known` has its particles, ascending by id.
 fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, sums: &mut Sums) {
-    let centre = |id: u64| {
-        let found = known.binary_search_by_key(&id, |particle| particle.id);
-        known[found.expect("the particles of all contacts are known")].position()
-    };
     let force = Vec3::from(contact.force);
     let from = match contact.wall() {
-        None => centre(contact.second),
+        None => centre(known, contact.second),
         Some(wall) => {
             sums.add(WALL_FORCE, (-force).as_slice());
             let point = Vec3::from(contact.point);
@@ -240,9 +236,33 @@ fn of_contact(setup: &Setup, known: &[Particle], contact: &ContactState, sums: &
             point
         }
     };
-    let nearest = setup.domain.nearest_image(centre(contact.first) - from);
+    sums.add(CONTACT_STRESS, &moment_about(setup, contact, centre(known, contact.first) - from));
+}
+
+/// Contribution of a contact to the stress by contacts, times a volume (J): `-l F`, symmetric; `known` has its particles, ascending by id.
+pub(in crate::simulation) fn branch_moment(
+    setup: &Setup,
+    known: &[Particle],
+    contact: &ContactState,
+) -> [f64; 6] {
+    let from = match contact.wall() {
+        None => centre(known, contact.second),
+        Some(_) => Vec3::from(contact.point),
+    };
+    moment_about(setup, contact, centre(known, contact.first) - from)
+}
+
+/// The same of a branch that leads `way` (m) to the centre of the first body, perhaps through the box.
+fn moment_about(setup: &Setup, contact: &ContactState, way: Vec3) -> [f64; 6] {
+    let force = Vec3::from(contact.force);
+    let nearest = setup.domain.nearest_image(way);
     let branch = setup.domain.shifted(nearest, contact.key().shift().map(|along| -along));
     let moment = -0.5 * (branch * force.transpose() + force * branch.transpose());
-    let pairs = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
-    sums.add(CONTACT_STRESS, &pairs.map(|(i, j)| moment[(i, j)]));
+    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| moment[(i, j)])
+}
+
+/// The centre of a particle of a contact (m).
+fn centre(known: &[Particle], id: u64) -> Vec3 {
+    let found = known.binary_search_by_key(&id, |particle| particle.id);
+    known[found.expect("the particles of all contacts are known")].position()
 }

@@ -10,9 +10,11 @@ use turbid::output::numbers::significant;
 const LISTED: usize = 200;
 
 /// Contents of files by their names, or the ends of their names.
-const CONTENTS: [(&str, &str); 13] = [
+const CONTENTS: [(&str, &str); 15] = [
     ("summary.json", "result in numbers"),
     ("particle_series.csv", "paths of some particles over time"),
+    ("profiles.csv", "profiles along the axes of the box"),
+    ("profile_means.csv", "their means over time"),
     ("series.csv", "time series of the whole system"),
     ("result.csv", "all runs with their results"),
     (STUDY, "figures, tables and checks as numbers"),

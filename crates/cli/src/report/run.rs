@@ -1,6 +1,7 @@
 //! The section about a run.
 
 pub(super) mod figures;
+mod profiles;
 
 use super::film;
 use super::section::{Block, Section};
@@ -48,6 +49,10 @@ pub(super) fn describe(section: &mut Section, source: &Source, share: u64, left:
     if let Some(series) = &series {
         section.heading("Over time");
         figures::all(section, series, summary.as_ref());
+    }
+    if let Some(path) = present(files.profile_means()) {
+        section.heading("Profiles");
+        profiles::all(section, &SeriesTable::read(&path)?);
     }
     if let Some(summary) = &summary {
         stages(section, summary);

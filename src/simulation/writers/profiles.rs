@@ -1,0 +1,300 @@
+//! Profiles of particles and fluid along axes of the box: sums over bins, for which nothing is gathered.
+
+use super::vtk::parsed;
+use super::{FileEstimate, Need, RankState, RootOutput, Writer, WriterState, files_of};
+use crate::case::{Profile, Setup};
+use crate::contact::CutPart;
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::output::{OutputFiles, RowsMark, SeriesWriter, Summary, directory, profiles};
+use crate::particle::Particle;
+use crate::simulation::observe::{Sums, branch_moment, partners};
+use serde::{Deserialize, Serialize};
+
+const NAME: &str = "profiles";
+/// Pairs of axes of a symmetric tensor.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+// Sums of a bin: volume of the bodies, velocity, its products, angular velocity, stress of contacts, then the number in each section.
+const VELOCITY: usize = 1;
+const PRODUCTS: usize = 4;
+const SPIN: usize = 10;
+const STRESS: usize = 13;
+const NUMBERS: usize = 19;
+// Fixed-point sums of a bin: open part of the cells, velocity, its products, pressure, in lattice units.
+const FLOW: usize = 1;
+const SQUARES: usize = 4;
+const PRESSURE: usize = 10;
+const OF_FLUID: usize = 11;
+/// Bytes of a number in a table.
+const NUMBER: f64 = 14.0;
+
+/// Writes `profiles.csv`, and at the end the means over time.
+pub(super) struct Profiles<'a> {
+    setup: &'a Setup,
+    files: OutputFiles,
+    /// Parts of the bodies by template, as they are cut.
+    parts: Vec<Vec<CutPart>>,
+    sections: usize,
+    open: Option<SeriesWriter>,
+    /// Time of the last rows (s).
+    last: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    /// Axes and numbers of bins.
+    profiles: Vec<(usize, usize)>,
+    rows: Option<RowsMark>,
+    last: f64,
+}
+
+impl<'a> Profiles<'a> {
+    /// Those of a case, if it has some.
+    pub(super) fn of(setup: &'a Setup) -> Option<Self> {
+        if setup.plan.output.profiles.is_empty() {
+            return None;
+        }
+        let parts =
+            setup.templates.iter().map(|template| template.parts().map(CutPart::new).collect()).collect();
+        let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
+        Some(Self { setup, files: files_of(setup), parts, sections, open: None, last: 0.0 })
+    }
+
+    fn per_bin(&self) -> usize {
+        NUMBERS + self.sections
+    }
+
+    /// Each profile, with the number of its first bin among all.
+    fn all(&self) -> impl Iterator<Item = (usize, &Profile)> {
+        let profiles = &self.setup.plan.output.profiles;
+        profiles.iter().scan(0, |bins, profile| {
+            *bins += profile.bins;
+            Some((*bins - profile.bins, profile))
+        })
+    }
+
+    fn shapes(&self) -> Vec<(usize, usize)> {
+        self.setup.plan.output.profiles.iter().map(|profile| (profile.axis, profile.bins)).collect()
+    }
+
+    fn bins(&self) -> usize {
+        self.setup.plan.output.profiles.iter().map(|profile| profile.bins).sum()
+    }
+
+    /// The bin of a profile at a number of bins from the origin.
+    fn bin(&self, profile: &Profile, at: f64) -> usize {
+        let (bins, at) = (profile.bins as i64, at.floor() as i64);
+        let periodic = self.setup.domain.is_periodic(profile.axis);
+        (if periodic { at.rem_euclid(bins) } else { at.clamp(0, bins - 1) }) as usize
+    }
+
+    /// Calls `add(bin, volume)` with the parts of a body (m^3) in the bins of a profile.
+    fn cut(&self, particle: &Particle, profile: &Profile, mut add: impl FnMut(usize, f64)) {
+        let (axis, turn) = (Vec3::ith(profile.axis, 1.0), particle.orientation());
+        let width = self.setup.domain.size()[profile.axis] / profile.bins as f64;
+        let parts = &self.parts[particle.template as usize];
+        let sum: f64 = parts.iter().map(|part| part.shape.volume()).sum();
+        // Parts may share a region, which counts once.
+        let counts = self.setup.templates[particle.template as usize].shape.volume() / sum;
+        for part in parts {
+            let orientation = turn * part.orientation;
+            let centre = (particle.position() + turn * part.position)[profile.axis];
+            let in_body = orientation.inverse_transform_vector(&axis);
+            let [low, high] = [-1.0, 1.0].map(|way| part.shape.support(in_body * way).dot(&in_body));
+            let [first, last] = [low, high].map(|end| ((centre + end) / width).floor());
+            let below = part.below(orientation, profile.axis, first < last);
+            let (mut bin, mut so_far) = (first, 0.0);
+            while bin < last {
+                let volume = below((bin + 1.0) * width - centre).clamp(so_far, part.shape.volume());
+                add(self.bin(profile, bin), (volume - so_far) * counts);
+                (bin, so_far) = (bin + 1.0, volume);
+            }
+            add(self.bin(profile, last), (part.shape.volume() - so_far) * counts);
+        }
+    }
+
+    /// Rows of the bins of profile number `number`, of which the first is `first` among all.
+    fn rows(
+        &self,
+        (number, first, profile): (usize, usize, &Profile),
+        output: &RootOutput,
+    ) -> Vec<Vec<Option<f64>>> {
+        let (size, width) = (self.setup.domain.size(), 1.0 / profile.bins as f64);
+        let volume = size.product() * width;
+        let units = self.setup.fluid.as_ref().map(|_| self.setup.units());
+        (0..profile.bins)
+            .map(|bin| {
+                let sums = &output.totals.sums[(first + bin) * self.per_bin()..][..self.per_bin()];
+                let fluid = &output.totals.fixed[(first + bin) * OF_FLUID..][..OF_FLUID];
+                let counts = &sums[NUMBERS..];
+                let count: f64 = counts.iter().sum();
+                let position = (bin as f64 + 0.5) * width * size[profile.axis];
+                let mut row: Vec<Option<f64>> = [number as f64, output.step as f64, output.time, position]
+                    .into_iter()
+                    .chain([sums[0] / volume, count / volume])
+                    .map(Some)
+                    .collect();
+                row.extend(means(count, &sums[VELOCITY..PRODUCTS], &sums[PRODUCTS..SPIN], 1.0));
+                row.extend(sums[SPIN..STRESS].iter().map(|sum| (count > 0.0).then(|| sum / count)));
+                let tells = sums[STRESS..NUMBERS].iter().map(|sum| (!sum.is_nan()).then(|| sum / volume));
+                row.extend(tells);
+                let open = if units.is_some() { fluid[0] } else { 0.0 };
+                let (speed, pressure) =
+                    units.map_or((0.0, 0.0), |units| (units.velocity(), units.pressure()));
+                row.extend(means(open, &fluid[FLOW..SQUARES], &fluid[SQUARES..PRESSURE], speed));
+                row.push((open > 0.0).then(|| fluid[PRESSURE] / open * pressure));
+                row.extend(counts.iter().map(|count| Some(count / volume)));
+                row
+            })
+            .collect()
+    }
+}
+
+/// Mean vector and variances of what is added up with a weight, times a unit; nothing without weight.
+fn means(weight: f64, vector: &[f64], products: &[f64], unit: f64) -> impl Iterator<Item = Option<f64>> {
+    let mean: [f64; 3] = std::array::from_fn(|axis| vector[axis] / weight);
+    let variances: [f64; 6] = std::array::from_fn(|k| {
+        let (i, j) = PAIRS[k];
+        (products[k] / weight - mean[i] * mean[j]) * unit * unit
+    });
+    let known = weight > 0.0;
+    mean.into_iter().map(move |mean| mean * unit).chain(variances).map(move |value| known.then_some(value))
+}
+
+impl Writer for Profiles<'_> {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn every(&self) -> u64 {
+        self.setup.plan.output.profiles_every
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        Vec::new()
+    }
+
+    fn sums(&self, rank: &mut RankState) -> Sums {
+        let per_bin = self.per_bin();
+        let mut sums = Sums::new(self.bins() * per_bin, self.bins() * OF_FLUID, 0);
+        let size = self.setup.domain.size();
+        let simulation = rank.simulation();
+        for (first, profile) in self.all() {
+            let scale = profile.bins as f64 / size[profile.axis];
+            for particle in simulation.particles() {
+                self.cut(particle, profile, |bin, volume| sums.add((first + bin) * per_bin, &[volume]));
+                let bin = self.bin(profile, particle.position[profile.axis] * scale);
+                let at = (first + bin) * per_bin;
+                let v = particle.velocity;
+                sums.add(at + VELOCITY, &v);
+                sums.add(at + PRODUCTS, &PAIRS.map(|(i, j)| v[i] * v[j]));
+                sums.add(at + SPIN, &particle.angular_velocity);
+                sums.add(at + NUMBERS + self.setup.sections[particle.template as usize], &[1.0]);
+            }
+            if !simulation.dem().tells_contacts() {
+                (0..profile.bins).for_each(|bin| sums.add((first + bin) * per_bin + STRESS, &[f64::NAN; 6]));
+            }
+        }
+        let known = partners(rank.simulation(), rank.contacts());
+        for contact in rank.contacts() {
+            let moment = branch_moment(self.setup, &known, contact);
+            for (first, profile) in self.all() {
+                let scale = profile.bins as f64 / size[profile.axis];
+                let bin = self.bin(profile, contact.point[profile.axis] * scale);
+                sums.add((first + bin) * per_bin + STRESS, &moment);
+            }
+        }
+        if self.setup.fluid.is_some() {
+            let (units, cells) = (self.setup.units(), self.setup.domain.cells);
+            rank.each_cell(|cell, velocity, pressure, covered| {
+                let (u, open) = (velocity.map(|u| u / units.velocity()), (1.0 - covered).max(0.0));
+                for (first, profile) in self.all() {
+                    // A cell may lie in several bins.
+                    let [from, to] = [0, 1].map(|end| {
+                        (cell[profile.axis] + end) as f64 * profile.bins as f64 / cells[profile.axis] as f64
+                    });
+                    let mut low = from;
+                    while low < to {
+                        let high = to.min(low.floor() + 1.0);
+                        let weight = open * (high - low) / (to - from);
+                        let at = (first + self.bin(profile, low)) * OF_FLUID;
+                        sums.add_fixed(at, weight);
+                        (0..3).for_each(|a| sums.add_fixed(at + FLOW + a, weight * u[a]));
+                        for (k, (i, j)) in PAIRS.into_iter().enumerate() {
+                            sums.add_fixed(at + SQUARES + k, weight * u[i] * u[j]);
+                        }
+                        sums.add_fixed(at + PRESSURE, weight * pressure / units.pressure());
+                        low = high;
+                    }
+                }
+            });
+        }
+        sums
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        let rows: Vec<_> = self
+            .all()
+            .enumerate()
+            .flat_map(|(number, (first, profile))| self.rows((number, first, profile), output))
+            .collect();
+        let table = match &mut self.open {
+            Some(table) => table,
+            none => none.insert(profiles::create(&self.files.profiles(), self.sections)?),
+        };
+        self.last = output.time;
+        table.write(&rows)
+    }
+
+    fn intact(&self) -> Result<()> {
+        self.open.as_ref().map_or(Ok(()), SeriesWriter::intact)
+    }
+
+    fn state(&mut self) -> Result<WriterState> {
+        let rows = self.open.as_ref().map(SeriesWriter::mark).transpose()?;
+        Ok(serde_json::json!(State { profiles: self.shapes(), rows, last: self.last }))
+    }
+
+    fn fits(&self, state: &WriterState) -> Result<()> {
+        let State { profiles, rows, .. } = parsed(NAME, state)?;
+        if rows.is_some() && profiles != self.shapes() {
+            return Err(Error::Input(format!(
+                "`output.profiles` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
+                self.files.profiles().display()
+            )));
+        }
+        rows.map_or(Ok(()), |mark| SeriesWriter::holds(&self.files.profiles(), &mark))
+    }
+
+    fn resume(&mut self, state: &WriterState) -> Result<()> {
+        let State { rows, last, .. } = parsed(NAME, state)?;
+        let path = self.files.profiles();
+        self.last = last;
+        self.open = rows.map(|mark| SeriesWriter::resume(&path, &mark)).transpose()?;
+        if self.open.is_none() {
+            directory::remove(&path)?;
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self, _: &mut Summary) -> Result<()> {
+        if self.open.is_none() {
+            return Ok(());
+        }
+        let plan = &self.setup.plan;
+        let window = plan.steady.map_or(0.0, |steady| steady.window as f64 * self.setup.time_step);
+        let from = plan.average_from_step as f64 * self.setup.time_step;
+        // A run that has become steady may end before the averages were to begin.
+        let from = if plan.steady.is_some() { from.min(self.last - window) } else { from };
+        profiles::write_means(&self.files.profiles(), &self.files.profile_means(), from)
+    }
+
+    fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
+        let numbers = self.bins() * (profiles::COLUMNS.len() + self.sections);
+        let rows = FileEstimate::of(self, end_step, "profiles", NUMBER * numbers as f64, "");
+        Some(FileEstimate { count: 1, bytes: rows.total(), ..rows })
+    }
+}
+
+#[cfg(test)]
+mod tests;
