@@ -100,6 +100,8 @@ pub struct Setup {
     pub walls: Vec<Wall>,
     /// Faces of the box through which fluid comes in, by their numbers in `walls`.
     pub inlets: BTreeMap<usize, Inlet>,
+    /// Pressures (Pa, along x) over time of outlets that vary it, by their numbers in `walls`.
+    pub pressures: BTreeMap<usize, TimeFunction>,
     /// Contact model; `None` if contacts are off.
     pub contact: Option<ContactModel>,
     /// The engine that moves the particles.

@@ -82,7 +82,12 @@ pub fn pack(
         let (x, y, z) = (random.next(), random.next(), random.next());
         domain.wrap(Vec3::new(x, y, z).component_mul(&size))
     };
-    positions.extend(balls.iter().map(|_| draw()));
+    // Those that begin behind a wall would all end up beside it.
+    positions.extend(balls.iter().map(|_| {
+        let first = draw();
+        let behind = |at: &Vec3| walls.iter().any(|wall| wall.distance(*at) < 0.0);
+        if behind(&first) { (1..DRAWS).map(|_| draw()).find(|at| !behind(at)).unwrap_or(first) } else { first }
+    }));
     let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
     let mut finder = PairFinder::new(*domain);
     for round in 1..=MAX_ROUNDS {
@@ -211,6 +216,24 @@ mod tests {
         for (centre, _) in &fixed {
             assert!(positions.iter().all(|p| domain.nearest_image(p - centre).norm() >= 1.0 + DEFAULT_GAP));
         }
+    }
+
+    #[test]
+    fn a_wall_across_the_box_has_as_many_spheres_beside_it_as_a_face() {
+        let domain = Domain { faces: Domain::faces([true, true, false]), ..cube(16) };
+        let plane = |z, up: f64| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::z() * up };
+        let walls = [plane(0.0, 1.0), plane(16.0, -1.0), plane(8.0, -1.0)];
+        let positions = pack(&domain, &walls, &[], &[BALL; 400], 5).unwrap();
+        let beside = |z: f64| positions.iter().filter(|at| (at.z - z).abs() < 1.0).count();
+        let [face, wall] = [0.0, 8.0].map(beside);
+        assert!(positions.iter().all(|at| at.z < 7.5), "all in the free half");
+        assert!((wall as f64 / face as f64 - 1.0).abs() < 0.3, "{wall} beside the wall, {face} at the face");
+        // A pipe: those in its outer half by radius are three quarters, and more as they keep clear of the wall.
+        let pipe = Surface::Cylinder { point: Vec3::repeat(8.0), axis: Vec3::z(), radius: 7.0, pipe: true };
+        let positions = pack(&cube(16), &[pipe], &[], &[BALL; 400], 5).unwrap();
+        let outer = positions.iter().filter(|at| (at.xy() - Vec3::repeat(8.0).xy()).norm() > 3.25);
+        let part = outer.count() as f64 / 400.0;
+        assert!((part - 0.75).abs() < 0.06, "{part}");
     }
 
     #[test]

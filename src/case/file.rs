@@ -27,7 +27,8 @@ pub use contacts::{
 };
 pub use insertion::{AmountBy, InsertionSection, RegionSection, RemovalPlace, RemovalSection};
 pub use motion::{
-    Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, VariableVector, VectorSection,
+    Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, ScalarOscillation,
+    ScalarSection, VariableScalar, VariableVector, Variation, VectorSection,
 };
 pub use particles::{
     Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, PositionsBy, RelativeDistance,
@@ -38,8 +39,8 @@ pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySectio
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 pub use walls::{
-    FACES, FaceSection, InletSection, OutletSection, PlaneSection, ProfileKind, RoundSection, WallSection,
-    WallShape,
+    DiscSection, FACES, FaceSection, InletSection, OutletSection, PatchSection, PlaneSection, ProfileKind,
+    RectangleSection, RoundSection, WallSection, WallShape,
 };
 
 /// Remedy for a dynamic viscosity.

@@ -3,7 +3,7 @@
 use super::Setup;
 use super::checks::Document;
 use super::file::{
-    Case, Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, VariableVector, VectorSection,
+    Case, Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, Variation, VectorSection,
 };
 use crate::error::Result;
 use crate::math::Vec3;
@@ -110,6 +110,15 @@ fn prescribed(document: &Document, key: &str, given: &PrescribedSection) -> Resu
     ))
 }
 
+/// Changes of all vectors and pressures of a case over time, with their keys.
+fn variations(case: &Case) -> Vec<(String, Variation)> {
+    let vectors = vectors(case).into_iter().map(|(key, vector)| (key, vector.variation()));
+    let outlets = case.domain.faces.iter().filter_map(|(name, face)| Some((name, face.outlet.as_ref()?)));
+    let pressures = outlets
+        .map(|(name, outlet)| (format!("domain.faces.{name}.outlet.pressure"), outlet.pressure.variation()));
+    vectors.chain(pressures).collect()
+}
+
 /// Every vector over time of a case, with its key.
 fn vectors(case: &Case) -> Vec<(String, &VectorSection)> {
     let mut all = vec![("driving.body_acceleration".to_string(), &case.driving.body_acceleration)];
@@ -134,31 +143,23 @@ fn vectors(case: &Case) -> Vec<(String, &VectorSection)> {
 
 /// Refuses oscillations that are too fast for a time step (s), and tables without an order.
 pub(super) fn refuse_vectors(document: &Document, time_step: f64) -> Result<()> {
-    for (key, vector) in vectors(&document.case) {
-        match vector {
-            VectorSection::Constant(_) => {}
-            VectorSection::Variable(VariableVector::Oscillation(given)) => {
-                let most = 1.0 / (STEPS_PER_PERIOD * time_step);
-                if given.frequency > most {
-                    let key = format!("{key}.oscillation.frequency");
-                    let wanted = format!("at most {most:.4e}");
-                    let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
-                    return Err(document.out_of_range(&key, given.frequency, &wanted, &remedy));
-                }
-            }
-            VectorSection::Variable(VariableVector::Table(rows)) => {
-                if rows.is_empty() {
-                    let (key, remedy) =
-                        (format!("{key}.table"), "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]");
-                    return Err(document.error(&key, &format!("`{key}` is empty"), "no row", remedy));
-                }
-                if let Some(n) = (1..rows.len()).find(|&n| rows[n][0] <= rows[n - 1][0]) {
-                    let (wanted, key) =
-                        (format!("later than {} s", rows[n - 1][0]), format!("{key}.table.{n}"));
-                    let remedy = "the first number of a row is its time (s); rows are in the order of time";
-                    return Err(document.out_of_range(&key, rows[n][0], &wanted, remedy));
-                }
-            }
+    for (key, Variation { frequency, times, rows }) in variations(&document.case) {
+        let most = 1.0 / (STEPS_PER_PERIOD * time_step);
+        if let Some(frequency) = frequency.filter(|frequency| *frequency > most) {
+            let key = format!("{key}.oscillation.frequency");
+            let wanted = format!("at most {most:.4e}");
+            let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
+            return Err(document.out_of_range(&key, frequency, &wanted, &remedy));
+        }
+        let Some(times) = times else { continue };
+        if times.is_empty() {
+            let key = format!("{key}.table");
+            return Err(document.error(&key, &format!("`{key}` is empty"), "no row", rows));
+        }
+        if let Some(n) = (1..times.len()).find(|&n| times[n] <= times[n - 1]) {
+            let (wanted, key) = (format!("later than {} s", times[n - 1]), format!("{key}.table.{n}"));
+            let remedy = "the first number of a row is its time (s); rows are in the order of time";
+            return Err(document.out_of_range(&key, times[n], &wanted, remedy));
         }
     }
     Ok(())

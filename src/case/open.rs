@@ -1,12 +1,15 @@
 //! Faces of the box that are no walls for the fluid: inlets, outlets, and planes of symmetry.
 
+mod patch;
+
 use super::Setup;
 use super::checks::Document;
 use super::file::{FACES, FaceSection, InletSection, ProfileKind, VariableVector, VectorSection};
+use patch::{parabola_of, patch};
 use super::walls::PlacedWall;
 use crate::domain::{Domain, Face};
 use crate::error::Result;
-use crate::math::{Profile, Vec3};
+use crate::math::{Patch, Profile, TimeFunction, Vec3};
 use crate::units::Units;
 use crate::wall::{Inlet, Surface};
 use std::collections::BTreeMap;
@@ -48,39 +51,64 @@ pub(super) fn open_faces(
             "remove `contact.lubrication`, or make the face a wall",
         ));
     }
+    for n in 0..6 {
+        let section = sections[n].and_then(|section| section.outlet.as_ref()?.patch.as_ref());
+        let Some(section) = section else { continue };
+        let found = patch(document, domain, walls, (n, &key(n, "outlet.patch")), section)?;
+        if let Face::Outlet { patch, .. } = &mut domain.faces[n] {
+            // For good: a few bytes of each case that has one.
+            *patch = Some(Box::leak(Box::new(found.scaled(1.0 / domain.dx))));
+        }
+    }
     let mut inlets = BTreeMap::new();
     for (number, placed) in walls.iter().enumerate().filter(|(_, placed)| placed.is_face) {
         let Some(n) = Setup::face_of(&placed.wall) else { continue };
         let Some(section) = sections[n].and_then(|section| section.inlet.as_ref()) else { continue };
-        let profile = match section.profile {
-            ProfileKind::Uniform => Profile::Uniform,
-            ProfileKind::Parabolic => parabola(document, domain, walls, n)?,
+        let of_patch = |section| patch(document, domain, walls, (n, &key(n, "inlet.patch")), section);
+        let patch = section.patch.as_ref().map(of_patch).transpose()?;
+        let profile = match (section.profile, &patch) {
+            (ProfileKind::Uniform, _) => Profile::Uniform,
+            (ProfileKind::Parabolic, None) => parabola(document, domain, walls, n)?,
+            (ProfileKind::Parabolic, Some(patch)) => parabola_of(domain, patch),
         };
         let velocity = velocity(document, &key(n, "inlet.velocity"), section, n)?;
-        inlets.insert(number, Inlet { velocity, profile });
+        inlets.insert(number, Inlet { velocity, profile, patch });
     }
     Ok(inlets)
 }
 
-/// Gives outlets their densities, once the units of the lattice are known.
-pub(super) fn set_pressures(document: &Document, domain: &mut Domain, units: &Units) -> Result<()> {
+/// Gives outlets their densities, once the units of the lattice are known; returns the pressures (Pa, along x) that vary, by numbers of
+/// walls.
+pub(super) fn set_pressures(
+    document: &Document,
+    domain: &mut Domain,
+    walls: &[PlacedWall],
+    units: &Units,
+) -> Result<BTreeMap<usize, TimeFunction>> {
+    let mut varying = BTreeMap::new();
     for (n, name) in FACES.into_iter().enumerate() {
         let length = domain.cells[n / 2] as f64;
-        let Face::Outlet { excess, relaxation } = &mut domain.faces[n] else { continue };
+        let Face::Outlet { excess, relaxation, .. } = &mut domain.faces[n] else { continue };
         let section = document.case.domain.faces.get(name).and_then(|face| face.outlet.as_ref());
         let absorbs = section.is_some_and(|outlet| outlet.absorbs_sound);
         *relaxation = absorbs.then(|| RELAXATION / (3.0_f64.sqrt() * length));
-        let pressure = section.map_or(0.0, |outlet| outlet.pressure);
-        *excess = pressure / units.pressure();
-        if excess.abs() > LARGEST_EXCESS {
+        let pressure = section.map_or_else(TimeFunction::default, |outlet| outlet.pressure.function());
+        let largest = pressure.largest().x;
+        if let Some(pressure) = pressure.constant() {
+            *excess = pressure.x / units.pressure();
+        } else if let Some(number) = walls.iter().position(|placed| placed.wall.name == name) {
+            varying.insert(number, pressure.clone());
+        }
+        if largest > LARGEST_EXCESS * units.pressure() {
             let most = LARGEST_EXCESS * units.pressure();
             let remedy = "a smaller time step raises the limit: the lattice stores pressure as density";
             let key = format!("domain.faces.{name}.outlet.pressure");
             let wanted = format!("from {:.4e} to {most:.4e}", -most);
-            return Err(document.out_of_range(&key, pressure, &wanted, remedy));
+            let found = pressure.constant().map_or(largest, |pressure| pressure.x);
+            return Err(document.out_of_range(&key, found, &wanted, remedy));
         }
     }
-    Ok(())
+    Ok(varying)
 }
 
 impl Setup {
@@ -89,17 +117,23 @@ impl Setup {
         let face = Self::face_of(&self.walls[wall])?;
         match self.domain.faces[face] {
             Face::Inlet => {
-                let Inlet { velocity, profile } = self.inlets.get(&wall)?;
+                let Inlet { velocity, profile, patch } = self.inlets.get(&wall)?;
                 let (v, varies) = match velocity.constant() {
                     Some(v) => (v, ""),
                     None => (velocity.largest(), "varying, at most "),
                 };
                 let profile = if *profile == Profile::Uniform { "uniform" } else { "parabolic" };
-                Some(format!("inlet, {profile}, {varies}({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z))
+                let of = self.part_of_face(face, patch.map(|patch| patch.scaled(1.0 / self.domain.dx)));
+                Some(format!("inlet{of}, {profile}, {varies}({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z))
             }
-            Face::Outlet { excess, relaxation } => {
+            Face::Outlet { excess, relaxation, patch } => {
                 let absorbs = if relaxation.is_some() { ", absorbs sound" } else { "" };
-                Some(format!("outlet, pressure {:.3e} Pa{absorbs}", excess * self.units().pressure()))
+                let (pressure, varies) = match self.pressures.get(&wall) {
+                    Some(varying) => (varying.largest().x, "varying, at most "),
+                    None => (excess * self.units().pressure(), ""),
+                };
+                let of = self.part_of_face(face, patch.copied());
+                Some(format!("outlet{of}, pressure {varies}{pressure:.3e} Pa{absorbs}"))
             }
             Face::FreeSlip => Some("free slip".to_string()),
             Face::Periodic | Face::Wall => None,
@@ -107,11 +141,25 @@ impl Setup {
     }
 }
 
+impl Setup {
+    /// Says that an inlet or outlet has only a part of its face, lengths in cells.
+    fn part_of_face(&self, face: usize, patch: Option<Patch>) -> String {
+        let count = patch.map(|patch| patch::cells(&self.domain, face, &patch).count());
+        count.map_or_else(String::new, |count| format!(", {count} cells of the face"))
+    }
+
+    /// Bound of the magnitude (Pa) of the pressure over time of an outlet that varies it; 0 of other faces.
+    pub(super) fn largest_change_of_pressure(&self, face: usize) -> f64 {
+        let wall = self.walls.iter().position(|wall| Self::face_of(wall) == Some(face));
+        wall.and_then(|wall| self.pressures.get(&wall)).map_or(0.0, |pressure| pressure.largest().x)
+    }
+}
+
 /// The kind of a closed face.
 fn kind(document: &Document, key: &str, section: &FaceSection) -> Result<Face> {
     let given = [
         ("inlet", section.inlet.is_some(), Face::Inlet),
-        ("outlet", section.outlet.is_some(), Face::Outlet { excess: 0.0, relaxation: None }),
+        ("outlet", section.outlet.is_some(), Face::Outlet { excess: 0.0, relaxation: None, patch: None }),
         ("free_slip", section.free_slip, Face::FreeSlip),
     ];
     let given: Vec<_> = given.into_iter().filter(|(_, is_given, _)| *is_given).collect();
@@ -267,7 +315,7 @@ mod tests {
         );
         let [left, right, _, _, floor, top] = setup.domain.faces;
         assert_eq!([left, floor, top], [Face::Inlet, Face::Wall, Face::FreeSlip]);
-        let Face::Outlet { excess, relaxation: None } = right else { panic!("{right:?}") };
+        let Face::Outlet { excess, relaxation: None, .. } = right else { panic!("{right:?}") };
         // p = c_s^2 rho' with c_s^2 = (dx / dt)^2 / 3.
         let speed = setup.domain.dx / setup.time_step;
         assert!((excess * 1000.0 * speed * speed / 3.0 - 0.02).abs() < 1e-12);
@@ -288,6 +336,27 @@ mod tests {
         }
         // Fluid may leave along y as well: nothing holds its flux at zero.
         assert_eq!(setup.expect_fluid().net_flux, [None; 3]);
+    }
+
+    #[test]
+    fn parts_of_faces_and_pressures_over_time_are_those_of_the_case() {
+        let faces = "{ x-.inlet = { velocity = [1e-3, 0, 0], profile = \"parabolic\", \
+                     patch.disc = { centre = [7, 2e-3, 2e-3], diameter = 2e-3 } }, \
+                     \"x+\".outlet = { pressure.table = [[0, 0], [2, 0.02]], \
+                     patch.rectangle = { lower = [0, 0, 0], upper = [0, 4e-3, 1e-3] } } }";
+        let setup = setup(faces, "");
+        let inlet = &setup.inlets[&0];
+        let centre = [7.0, 2e-3, 2e-3];
+        assert_eq!(inlet.profile, Profile::Round { centre, axis: 0, radius: 1e-3 });
+        assert_eq!(inlet.patch, Some(Patch::Disc { centre, axis: 0, radius: 1e-3 }));
+        // Of cells of 0.2 mm.
+        let Face::Outlet { excess: 0.0, patch: Some(patch), .. } = setup.domain.faces[1] else { panic!() };
+        assert!(patch.has([0.0, 19.9, 4.9]) && !patch.has([0.0, 10.0, 5.1]), "{patch:?}");
+        assert!((setup.pressures[&1].at(1.0).x - 0.01).abs() < 1e-15);
+        let described = [0, 1].map(|wall| setup.passage(wall).unwrap());
+        // 80 centres of cells lie in a circle of 10 cells.
+        assert!(described[0].starts_with("inlet, 80 cells of the face, parabolic"), "{described:?}");
+        assert!(described[1].starts_with("outlet, 100 cells of the face, pressure varying, at most 2.000e-2"));
     }
 
     #[test]

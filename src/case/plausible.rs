@@ -152,9 +152,10 @@ impl Review<'_> {
             else {
                 continue;
             };
+            let varies = [0, 1].map(|end| setup.largest_change_of_pressure(2 * axis + end)).iter().sum::<f64>();
             // From rest without friction, and between walls far from either end.
-            let (drop, width) =
-                ((high - low).abs() * setup.units().pressure() / fluid.density, setup.width_across(axis));
+            let drop = ((high - low).abs() * setup.units().pressure() + varies) / fluid.density;
+            let width = setup.width_across(axis);
             let speed = (2.0 * drop).sqrt().min(laminar_speed(drop / size[axis], width, fluid.viscosity));
             let [name, other] = [FACES[2 * axis], FACES[2 * axis + 1]];
             let flow = format!("the flow between the outlets \"{name}\" and \"{other}\"");

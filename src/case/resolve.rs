@@ -30,7 +30,7 @@ use crate::math::Vec3;
 use crate::output::surfaces::are_few;
 use crate::units::Units;
 use crate::wall::Wall;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// Relative difference of a volume fraction from the requested one that is worth a warning.
@@ -157,12 +157,13 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     refuse_walls(document, &engine, &walls)?;
     refuse_cohesion(document, &kinds, &walls, &model)?;
     let substeps = document.case.contact.substeps;
+    let mut pressures = BTreeMap::new();
     let (time_step, fluid) = match &medium {
         Medium::Fluid(section, lattice) => {
             let sections = (*section, *lattice);
             let fluid = physics::fluid(document, sections, &kinds, &domain, &walls, gravity)?;
             let units = Units { dx: domain.dx, dt: fluid.0, density: fluid.1.density };
-            set_pressures(document, &mut domain, &units)?;
+            pressures = set_pressures(document, &mut domain, &walls, &units)?;
             refuse_shared_cells(document, (&kinds, &reaches), &domain, fluid.1.coupling)?;
             (fluid.0, Some(fluid.1))
         }
@@ -258,6 +259,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         requested_volume_fraction,
         walls,
         inlets,
+        pressures,
         contact,
         engine,
         substeps,

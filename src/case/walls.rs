@@ -57,7 +57,8 @@ pub(super) fn walls(
                     &format!("the wall \"{}\" {what}", wall.name),
                     "a fluid cannot follow this",
                     "with a fluid a plane slides along itself or turns about its normal, a pipe or rod slides along its \
-                     axis and turns about it; dry runs may have any motion",
+                     axis and turns about it; dry runs may have any motion. For a piston give the face an inlet with its velocity \
+                     instead (docs/limits.md)",
                 )
             })?;
         }

@@ -18,7 +18,7 @@ use crate::contact::{ContactModel, ElasticLaw, FrictionLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::domain::Face;
 use crate::fluid::Collision;
-use crate::math::{Profile, TimeFunction, Vec3};
+use crate::math::{Patch, Profile, TimeFunction, Vec3};
 use crate::packing::insertion::{Bodies, Region};
 use crate::particle::{PrescribedMotion, Template};
 use crate::wall::{Inlet, Surface, Wall};
@@ -80,6 +80,9 @@ pub(super) fn physics(setup: &Setup) -> Json {
     if !setup.domain.faces.iter().all(|face| face.is_plain()) {
         physics["faces"] = setup.domain.faces.iter().map(|face| face_of(*face)).collect();
         physics["inlets"] = setup.inlets.iter().map(|(n, inlet)| json!([n, inlet_of(inlet)])).collect();
+        if !setup.pressures.is_empty() {
+            physics["pressures"] = setup.pressures.iter().map(|(n, of)| json!([n, function(of)])).collect();
+        }
     }
     if !setup.insertions.is_empty() {
         physics["insertion"] = setup.insertions.iter().map(insertion).collect();
@@ -279,8 +282,23 @@ fn face_of(face: Face) -> Json {
         Face::Wall => json!("wall"),
         Face::FreeSlip => json!("free_slip"),
         Face::Inlet => json!("inlet"),
-        Face::Outlet { excess, relaxation: None } => json!({ "outlet": excess }),
-        Face::Outlet { excess, relaxation } => json!({ "outlet": excess, "relaxation": relaxation }),
+        Face::Outlet { excess, relaxation, patch } => {
+            let mut outlet = json!({ "outlet": excess });
+            if let Some(rate) = relaxation {
+                outlet["relaxation"] = json!(rate);
+            }
+            if let Some(patch) = patch {
+                outlet["patch"] = patch_of(patch);
+            }
+            outlet
+        }
+    }
+}
+
+fn patch_of(patch: &Patch) -> Json {
+    match patch {
+        Patch::Disc { centre, axis, radius } => json!({ "axis": axis, "centre": centre, "radius": radius }),
+        Patch::Rectangle { lower, upper, axis } => json!({ "axis": axis, "lower": lower, "upper": upper }),
     }
 }
 
@@ -319,7 +337,7 @@ fn removal(removal: &Removal) -> Json {
     json!({ "from": from, "section": removal.section })
 }
 
-fn inlet_of(Inlet { velocity, profile }: &Inlet) -> Json {
+fn inlet_of(Inlet { velocity, profile, patch }: &Inlet) -> Json {
     let profile = match profile {
         Profile::Uniform => json!("uniform"),
         Profile::Parabolic(walls) => json!({ "parabolic": walls }),
@@ -327,7 +345,11 @@ fn inlet_of(Inlet { velocity, profile }: &Inlet) -> Json {
             json!({ "axis": axis, "centre": centre, "radius": radius })
         }
     };
-    json!({ "profile": profile, "velocity": function(velocity) })
+    let mut inlet = json!({ "profile": profile, "velocity": function(velocity) });
+    if let Some(patch) = patch {
+        inlet["patch"] = patch_of(patch);
+    }
+    inlet
 }
 
 fn surface_of(surface: &Surface) -> Json {

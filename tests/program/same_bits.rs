@@ -69,10 +69,47 @@ fn crossing() -> String {
     case("size = [4e-3, 4e-3, 4e-3]", &particles, "[driving]\ngravity = 0.0")
 }
 
+/// Spheres and cubes that come into a jet from an inlet to an outlet, parts of their faces, and go at the outlet, whose pressure varies.
+fn open() -> String {
+    let faces = "x- = { inlet = { velocity = [0.05, 0, 0], profile = \"parabolic\", patch = { disc = { centre = [0, 1.2e-3, 1.2e-3], diameter = 1.8e-3 } } } }, \
+                 \"x+\" = { outlet = { pressure = { table = [[0, 0], [0.01, 2], [0.02, -1]] }, absorbs_sound = true, \
+                 patch = { rectangle = { lower = [0, 2e-4, 4e-4], upper = [0, 2.2e-3, 2e-3] } } } }, z- = { free_slip = true }";
+    let insertion = |kind: usize, rate: f64| {
+        format!(
+            "[[insertion]]\nkind = {kind}\nregion = {{ lower = [1e-3, 4e-4, 4e-4], upper = [3.4e-3, 2e-3, 2e-3] }}\n\
+             particle_rate = {rate}\nvelocity = [0.06, 0, 0]\nvelocity_spread = [0.01, 0.01, 0.01]\n"
+        )
+    };
+    let kind = |shape: &str| {
+        format!("[[particles]]\nshape = {{ {shape} }}\ndensity = 2600.0\ncount = 3\nseed = 2\n")
+    };
+    let particles = kind("sphere = { diameter = 5e-4 }") + &kind("cube = { edge = 4e-4 }");
+    let more = insertion(0, 1500.0) + &insertion(1, 700.0) + "[[removal]]\noutlet = \"x+\"\n";
+    let domain = "size = [4e-3, 2.4e-3, 2.4e-3]\nperiodic = [false, true, false]\nfaces = { ";
+    case(&format!("{domain}{faces} }}"), &particles, &more)
+}
+
+/// Spheres that come into a suspension with lubrication at its top and go at its bottom.
+fn coming() -> String {
+    case(
+        "size = [2e-3, 2e-3, 4e-3]\nperiodic = [true, true, false]",
+        "[[particles]]\nshape = { sphere = { diameter = 5e-4 } }\ndensity = 3000.0\ncount = 20",
+        "[contact]\nlubrication = {}\nsubsteps = 2\n\
+         [[insertion]]\nregion = { lower = [0, 0, 2e-3], upper = [2e-3, 2e-3, 3.6e-3] }\nvolume_fraction = 0.15\n\
+         velocity = [0, 0, -3e-2]\n[[removal]]\nplane = { point = [0, 0, 1e-3], normal = [0, 0, 1] }",
+    )
+}
+
 /// All scenes.
 #[cfg(feature = "gpu")]
-pub(crate) fn scenes() -> [(&'static str, String); 4] {
-    [("spheres", spheres()), ("cubes", cubes()), ("walls", walls()), ("crossing", crossing())]
+pub(crate) fn scenes() -> [(&'static str, String); 5] {
+    [
+        ("spheres", spheres()),
+        ("cubes", cubes()),
+        ("walls", walls()),
+        ("crossing", crossing()),
+        ("open", open()),
+    ]
 }
 
 /// Results of a run that must be the same: the hash of its state, and the rows of its series and paths.
@@ -105,10 +142,15 @@ fn on_processes(place: &Place, processes: usize, options: &[&str]) -> [Vec<u8>; 
 /// Threads and processes by turns, so that each number of ranks has both with each coupling and in each precision; what one thread
 /// leaves of the first.
 fn same_on_all(case: &str) -> [Vec<u8>; 3] {
+    same_on_ranks(case, &["saturated", "paper"], &["f32", "f64", "f16"])
+}
+
+/// The same with some couplings and precisions.
+fn same_on_ranks(case: &str, couplings: &[&str], precisions: &[&str]) -> [Vec<u8>; 3] {
     let place = Place::new(case);
     let mut first = None;
-    for (c, coupling) in ["saturated", "paper"].into_iter().enumerate() {
-        for (p, precision) in ["f32", "f64", "f16"].into_iter().enumerate() {
+    for (c, coupling) in couplings.iter().enumerate() {
+        for (p, precision) in precisions.iter().enumerate() {
             let options = options(precision, coupling);
             let options: Vec<&str> = options.iter().map(String::as_str).collect();
             let expected = on_threads(&place, 1, &options);
@@ -149,6 +191,23 @@ fn contacts_with_walls_have_the_same_bits_on_any_ranks() {
     let [_, series, _] = same_on_all(&walls());
     let forces = column_of(&series[..], "wall_force_z");
     assert!(forces.iter().any(|&force| force < 0.0), "they meet the wall");
+}
+
+#[test]
+fn particles_that_come_into_a_flow_through_parts_of_faces_and_go_with_it_have_the_same_bits_on_any_ranks() {
+    let [_, series, _] = same_on_ranks(&open(), &["saturated"], &["f32", "f64", "f16"]);
+    let last = |name: &str| column_of(&series[..], name).last().copied().unwrap();
+    let counts = ["inserted_particles.0", "inserted_particles.1", "removed_particles.0"].map(last);
+    assert!(counts[0] > 20.0 && counts[1] > 8.0 && counts[2] > 2.0, "{counts:?}");
+    assert!(last("mass_flow_x+") < 0.0 && last("mass_flow_x-") > 0.0);
+}
+
+#[test]
+fn particles_that_come_into_a_suspension_with_lubrication_have_the_same_bits_on_any_ranks() {
+    let [_, series, _] = same_on_ranks(&coming(), &["saturated"], &["f32"]);
+    let last = |name: &str| column_of(&series[..], name).last().copied().unwrap();
+    let counts = ["inserted_particles.0", "removed_particles.0"].map(last);
+    assert!(counts[0] > 10.0 && counts[1] > 2.0, "{counts:?}");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 mod decomposition;
 mod weights;
 
-use crate::math::Vec3;
+use crate::math::{Patch, Vec3};
 pub use decomposition::Decomposition;
 pub(crate) use decomposition::around;
 pub use weights::Weights;
@@ -23,10 +23,12 @@ pub enum Face {
     Inlet,
     /// Fluid leaves at a given pressure.
     Outlet {
-        /// Density there over the reference, minus 1.
+        /// Density there over the reference, minus 1, to which the [motion of its wall](crate::fluid::WallMotion::excess) adds.
         excess: f64,
         /// Rate (1 / time step) at which the pressure returns to it after sound has left; none if sound is reflected.
         relaxation: Option<f64>,
+        /// Part of the face that it has, lengths in cells; the rest is wall. Elsewhere, as a domain is copied often.
+        patch: Option<&'static Patch>,
     },
 }
 
@@ -87,6 +89,19 @@ impl Domain {
         let beyond = [place < 0, place >= self.cells[axis] as isize];
         let side = beyond.iter().position(|beyond| *beyond)?;
         (!self.is_periodic(axis)).then_some(2 * axis + side)
+    }
+
+    /// Kind of a closed face beside or at a cell of the lattice: a wall outside of the patch of an outlet. Beyond the edge of the face it is
+    /// that of the cell at the edge.
+    pub(crate) fn face_at(&self, face: usize, cell: [isize; 3]) -> Face {
+        let Face::Outlet { patch: Some(patch), .. } = self.faces[face] else { return self.faces[face] };
+        let at = std::array::from_fn(|a| {
+            let cells = self.cells[a] as isize;
+            let inside =
+                if self.is_periodic(a) { cell[a].rem_euclid(cells) } else { cell[a].clamp(0, cells - 1) };
+            inside as f64 + 0.5
+        });
+        if patch.has(at) { self.faces[face] } else { Face::Wall }
     }
 
     /// Returns true if fluid may flow through the box along an axis.

@@ -2,7 +2,7 @@
 //!
 //! A wall is the part of space behind its surface. SI units, world frame.
 
-use crate::math::{Profile, TimeFunction, Vec3};
+use crate::math::{Patch, Profile, TimeFunction, Vec3};
 
 /// The surface of a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -164,10 +164,12 @@ impl Motion {
 /// Fluid that comes in through a face of the box, which is a wall at rest for bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inlet {
-    /// Mean velocity over the face (m/s), along its normal.
+    /// Mean velocity over the face or its patch (m/s), along its normal.
     pub velocity: TimeFunction,
     /// Profile over the face, lengths in m.
     pub profile: Profile,
+    /// Part of the face that it has, lengths in m; the rest is wall.
+    pub patch: Option<Patch>,
 }
 
 /// A wall.

@@ -12,6 +12,7 @@ mod context;
 mod cylinder;
 mod drafting;
 mod flow_past_sphere;
+mod fluidised_bed;
 mod friction;
 mod heap;
 mod hertz;
@@ -20,6 +21,7 @@ mod liggghts;
 mod net_flux;
 mod open_faces;
 mod oscillating_flow;
+mod packed_bed;
 mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
@@ -69,6 +71,8 @@ pub const CASES: &[Case] = &[
     open_faces::CASE,
     cylinder::CASE,
     flow_past_sphere::CASE,
+    packed_bed::CASE,
+    fluidised_bed::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
     net_flux::CASE,

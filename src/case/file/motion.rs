@@ -83,6 +83,106 @@ impl VectorSection {
     }
 }
 
+/// Changes of a quantity over time that have an order.
+pub struct Variation {
+    /// Frequency of an oscillation (Hz).
+    pub frequency: Option<f64>,
+    /// Times of a table (s).
+    pub times: Option<Vec<f64>>,
+    /// Rows of a table, with an example.
+    pub rows: &'static str,
+}
+
+impl VectorSection {
+    /// Its changes over time.
+    pub fn variation(&self) -> Variation {
+        let (mut frequency, mut times) = (None, None);
+        match self {
+            Self::Constant(_) => {}
+            Self::Variable(VariableVector::Oscillation(of)) => frequency = Some(of.frequency),
+            Self::Variable(VariableVector::Table(rows)) => {
+                times = Some(rows.iter().map(|row| row[0]).collect());
+            }
+        }
+        Variation { frequency, times, rows: "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]" }
+    }
+}
+
+/// A pressure (Pa) over time.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum ScalarSection {
+    /// Constant.
+    Constant(f64),
+    /// Variable.
+    Variable(VariableScalar),
+}
+
+/// A pressure (Pa) that changes with time.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum VariableScalar {
+    /// `mean + amplitude sin(2 pi frequency t + phase)`.
+    Oscillation(ScalarOscillation),
+    /// Rows `[t, p]`, times (s) ascending; linear between them, constant before the first and after the last.
+    Table(Vec<[f64; 2]>),
+}
+
+impl Default for ScalarSection {
+    fn default() -> Self {
+        Self::Constant(0.0)
+    }
+}
+
+impl ScalarSection {
+    /// The function of time, along x.
+    pub fn function(&self) -> TimeFunction {
+        let along = |x: f64| Vec3::new(x, 0.0, 0.0);
+        match self {
+            Self::Constant(value) => TimeFunction::Constant(along(*value)),
+            Self::Variable(VariableScalar::Oscillation(given)) => TimeFunction::Oscillation {
+                mean: along(given.mean),
+                amplitude: along(given.amplitude),
+                frequency: given.frequency,
+                phase: given.phase.to_radians(),
+            },
+            Self::Variable(VariableScalar::Table(rows)) => {
+                TimeFunction::Table(rows.iter().map(|[t, x]| (*t, along(*x))).collect())
+            }
+        }
+    }
+
+    /// Its changes over time.
+    pub fn variation(&self) -> Variation {
+        let (mut frequency, mut times) = (None, None);
+        match self {
+            Self::Constant(_) => {}
+            Self::Variable(VariableScalar::Oscillation(of)) => frequency = Some(of.frequency),
+            Self::Variable(VariableScalar::Table(rows)) => {
+                times = Some(rows.iter().map(|row| row[0]).collect());
+            }
+        }
+        Variation { frequency, times, rows: "rows are [t, p], e.g. [0, 100]" }
+    }
+}
+
+/// A harmonic oscillation of a pressure.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScalarOscillation {
+    /// Amplitude (Pa).
+    pub amplitude: f64,
+    /// Frequency (Hz), at most 0.1 over the time step.
+    #[schemars(transform = positive)]
+    pub frequency: f64,
+    /// Phase at time 0 (degrees); 90 begins at the amplitude. Default 0.
+    #[serde(default)]
+    pub phase: f64,
+    /// Mean over a period (Pa). Default 0.
+    #[serde(default)]
+    pub mean: f64,
+}
+
 /// A harmonic oscillation.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

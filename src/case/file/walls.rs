@@ -1,6 +1,6 @@
 //! Faces of the box and other walls as the user writes them.
 
-use super::motion::VectorSection;
+use super::motion::{ScalarSection, VectorSection};
 use crate::document::{one_of, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -48,12 +48,45 @@ pub struct FaceSection {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InletSection {
-    /// Mean velocity over the face (m/s), along its normal: `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
+    /// Mean velocity over the face or its patch (m/s), along its normal: `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
     /// `{ table = [[t, x, y, z], ...] }`.
     pub velocity: VectorSection,
     /// Profile of the velocity over the face. Default "uniform".
     #[serde(default)]
     pub profile: ProfileKind,
+    /// Part of the face that it has; the rest is a no-slip wall at rest. Default: the whole face.
+    pub patch: Option<PatchSection>,
+}
+
+/// Part of a face, which has the cells whose centres it has. Coordinates along the normal have no effect.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PatchSection {
+    /// A disc.
+    Disc(DiscSection),
+    /// A rectangle.
+    Rectangle(RectangleSection),
+}
+
+/// A disc on a face.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DiscSection {
+    /// Its middle (m).
+    pub centre: [f64; 3],
+    /// Diameter (m).
+    #[schemars(transform = positive)]
+    pub diameter: f64,
+}
+
+/// A rectangle on a face.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RectangleSection {
+    /// Lower corner (m).
+    pub lower: [f64; 3],
+    /// Upper corner (m).
+    pub upper: [f64; 3],
 }
 
 /// Profile of the velocity over an inlet.
@@ -63,7 +96,8 @@ pub enum ProfileKind {
     /// The same everywhere.
     #[default]
     Uniform,
-    /// `6 s (1 - s)` from wall to wall, a product of two between four walls; `2 (1 - r^2 / R^2)` in a pipe along the normal.
+    /// `6 s (1 - s)` from wall to wall, a product of two between four walls; `2 (1 - r^2 / R^2)` in a pipe along the normal. In a `patch`
+    /// as if its edge were these walls.
     Parabolic,
 }
 
@@ -71,9 +105,12 @@ pub enum ProfileKind {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OutletSection {
-    /// Pressure (Pa) over that of the fluid at rest, without the hydrostatic part. Default 0.
+    /// Pressure (Pa) over that of the fluid at rest, without the hydrostatic part: a number,
+    /// `{ oscillation = { amplitude = ..., frequency = ... } }` or `{ table = [[t, p], ...] }`. Default 0.
     #[serde(default)]
-    pub pressure: f64,
+    pub pressure: ScalarSection,
+    /// Part of the face that it has; the rest is a no-slip wall at rest. Default: the whole face.
+    pub patch: Option<PatchSection>,
     /// Lets sound leave instead of reflecting it; the pressure then differs from this where the velocity changes within the time that
     /// sound takes to cross the box a few times. Default false.
     #[serde(default)]

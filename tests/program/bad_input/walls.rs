@@ -23,7 +23,7 @@ fn walls_and_faces_that_cannot_be_are_refused() {
         (
             SIZE,
             closed("[domain.faces]\n\"z+\" = { velocity = [0, 0, 1e-3] }"),
-            &["bad.toml:6:8", "\"z+\" moves along its normal", "dry"],
+            &["bad.toml:6:8", "\"z+\" moves along its normal", "dry", "piston", "an inlet with its velocity"],
         ),
         (
             SIZE,
@@ -378,6 +378,33 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
             SIZE,
             closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ pressure = 1e9 }} }}")),
             &["bad.toml:7:", "pressure", "time step"],
+        ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ pressure = {{ table = [[0, 0], [1, 1e9]] }} }} }}")),
+            &["bad.toml:7:", "`domain.faces.z+.outlet.pressure` is 1", "as density"],
+        ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ pressure = {{ table = [[1, 0], [0, 1]] }} }} }}")),
+            &["bad.toml:7:", "`domain.faces.z+.outlet.pressure.table.1` is 0", "later than 1 s", "order of time"],
+        ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ patch = {{ disc = {{ centre = [3e-3, 1e-3, 0], diameter = 3e-3 }} }} }} }}")),
+            &["bad.toml:7:", "`domain.faces.z+.outlet.patch` reaches from y = -5.0000e-4 m", "beyond the face", "symmetry"],
+        ),
+        (
+            SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ patch = {{ disc = {{ centre = [3e-3, 3e-3, 0], diameter = 1e-4 }} }} }} }}")),
+            &["bad.toml:7:", "`domain.faces.z+.outlet.patch` has no cell", "larger than a cell of 1.875e-4 m"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], patch = {{ rectangle = {{ lower = [2e-3, 1e-3, 0], upper = [1e-3, 2e-3, 0] }} }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "`domain.faces.z-.inlet.patch` begins at x = 0.002 m and ends at 0.001 m", "lower corner"],
         ),
         (
             SIZE,

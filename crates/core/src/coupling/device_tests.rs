@@ -8,6 +8,7 @@ use crate::comm::{Comm, on_threads};
 use crate::device::{Device, devices};
 use crate::domain::{Domain, Face};
 use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
+use crate::math::Patch;
 use crate::particle::Template;
 use crate::shape::composite::tests::dumbbell;
 use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Through};
@@ -93,7 +94,7 @@ const SCENES: [Scene; 10] = [
     Scene {
         name: "inlet and outlet",
         cells: [40, 26, 28],
-        ends: [Face::Inlet, Face::Outlet { excess: -0.01, relaxation: Some(0.01) }],
+        ends: [Face::Inlet, Face::Outlet { excess: -0.01, relaxation: Some(0.01), patch: Some(&PATCH) }],
         operator: Some(SolidOperator::Sc3),
         collision: MAGIC,
         bodies: true,
@@ -101,7 +102,7 @@ const SCENES: [Scene; 10] = [
     Scene {
         name: "free slip and outlet",
         cells: [40, 26, 28],
-        ends: [Face::FreeSlip, Face::Outlet { excess: 0.01, relaxation: None }],
+        ends: [Face::FreeSlip, Face::Outlet { excess: 0.01, relaxation: None, patch: None }],
         operator: None,
         collision: Collision::Bgk,
         bodies: true,
@@ -115,6 +116,9 @@ const SCENES: [Scene; 10] = [
         bodies: true,
     },
 ];
+
+/// A part of a face.
+const PATCH: Patch = Patch::Disc { centre: [20.0, 13.0, 0.0], axis: 2, radius: 9.0 };
 
 impl Scene {
     fn method(&self) -> Method {
@@ -216,6 +220,7 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
             let mut motions = motions.clone();
             for wall in motions.iter_mut().filter(|wall| wall.varies) {
                 wall.velocity = wall.velocity.map(|v| v * (1.0 - 0.2 * step as f64));
+                wall.excess = 1e-3 * step as f64;
             }
             fluid.move_walls(&motions);
             let store = store(&decomposition, comm.rank(), scene, step);

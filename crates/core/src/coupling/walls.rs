@@ -52,6 +52,8 @@ pub struct LatticeWalls {
     motions: Vec<Motion>,
     /// By number of the wall.
     inlets: BTreeMap<usize, Inlet>,
+    /// Pressures (Pa) along x of outlets that vary it, by number of the wall.
+    pressures: BTreeMap<usize, TimeFunction>,
     units: Units,
 }
 
@@ -67,14 +69,20 @@ impl LatticeWalls {
             surfaces: walls.iter().map(|wall| wall.surface).collect(),
             motions: walls.iter().map(|wall| wall.motion.clone()).collect(),
             inlets: BTreeMap::new(),
+            pressures: BTreeMap::new(),
             units: *units,
         }
     }
 
-    /// The same walls, through some of which, given by their numbers, fluid comes in.
+    /// The same walls, through some of which, given by their numbers, fluid comes in, or leaves at a pressure (Pa, the component along x)
+    /// that varies.
     #[must_use]
-    pub fn with_inlets(self, inlets: &BTreeMap<usize, Inlet>) -> Self {
-        Self { inlets: inlets.clone(), ..self }
+    pub fn with_open(
+        self,
+        inlets: &BTreeMap<usize, Inlet>,
+        pressures: &BTreeMap<usize, TimeFunction>,
+    ) -> Self {
+        Self { inlets: inlets.clone(), pressures: pressures.clone(), ..self }
     }
 
     /// The first wall that holds the centre of a cell.
@@ -93,7 +101,9 @@ impl LatticeWalls {
     /// True if one of them changes its motion in time.
     pub fn vary(&self) -> bool {
         let varies = |inlet: &Inlet| inlet.velocity.constant().is_none();
-        self.motions.iter().any(|motion| !motion.is_steady()) || self.inlets.values().any(varies)
+        self.motions.iter().any(|motion| !motion.is_steady())
+            || self.inlets.values().any(varies)
+            || !self.pressures.is_empty()
     }
 
     /// Their motions in the middle of the step after `step` steps, when populations meet them; before the first step in that of the
@@ -109,10 +119,14 @@ impl LatticeWalls {
             ..WallMotion::default()
         };
         let mut motions: Vec<WallMotion> = self.motions.iter().map(motion).collect();
-        for (&wall, Inlet { velocity, profile }) in &self.inlets {
+        for (&wall, Inlet { velocity, profile, patch }) in &self.inlets {
             motions[wall].velocity = (velocity.at(time) * (dt / dx)).into();
             motions[wall].varies = velocity.constant().is_none();
             motions[wall].profile = profile.scaled(1.0 / dx);
+            motions[wall].patch = patch.map(|patch| patch.scaled(1.0 / dx));
+        }
+        for (&wall, pressure) in &self.pressures {
+            motions[wall].excess = pressure.at(time).x / self.units.pressure();
         }
         motions
     }
@@ -201,9 +215,9 @@ mod tests {
     fn an_inlet_moves_like_its_fluid_and_its_profile_has_lengths_in_cells() {
         let units = Units { dx: 0.25, dt: 0.01, density: 1000.0 };
         let profile = Profile::Parabolic([Some([0.0, 1.0]), None, None]);
-        let inlet = Inlet { velocity: once(2.0 * Vec3::z()), profile };
+        let inlet = Inlet { velocity: once(2.0 * Vec3::z()), profile, patch: None };
         let floor = wall(PLANE, Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
-        let walls = LatticeWalls::new(&[floor], &units).with_inlets(&[(0, inlet)].into());
+        let walls = LatticeWalls::new(&[floor], &units).with_open(&[(0, inlet)].into(), &BTreeMap::new());
         let motion = walls.motions(Some(50))[0];
         assert!(walls.vary() && motion.varies);
         // Half-way between two walls that are four cells apart.

@@ -158,7 +158,8 @@ impl<S: Population> Fluid<S> {
     pub fn move_walls(&mut self, motions: &[WallMotion]) {
         self.walls.set_motions(&self.layout, motions);
         if let SweepDevice::Device(device) = &mut self.device {
-            device.move_walls(self.walls.links(&self.layout), &self.walls.cells());
+            let densities = self.walls.outlet_densities();
+            device.move_walls(self.walls.links(&self.layout), &self.walls.cells(), &densities);
         }
     }
 

@@ -181,7 +181,8 @@ impl<S: Population> Walls<S> {
         walls.interpolated.set_motions(layout, (walls.lo, domain), &walls.motions, WallMotion::moves);
         walls.find_cells(&map);
         let wrap_x = domain.is_periodic(0) && size[0] == domain.cells[0];
-        walls.face_links.find(layout, &map, domain.faces, wrap_x);
+        walls.face_links.find(layout, &map, &domain.faces, wrap_x);
+        walls.face_links.set_pressures(|wall| boundary.motions[usize::from(wall)].excess);
         Ok(walls)
     }
 

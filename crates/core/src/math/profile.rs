@@ -1,4 +1,4 @@
-//! Profile of a velocity over a face of the box, with a mean of 1.
+//! Profile of a velocity over a face of the box, with a mean of 1, and parts of faces.
 //!
 //! ```text
 //! parabolic   product over the directions along the face with walls   6 s (1 - s),  s = (x - x_0) / H
@@ -69,9 +69,80 @@ impl Profile {
     }
 }
 
+/// Part of a face, which has the cells whose centres it has; lengths in any unit. Coordinates along the normal do not matter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Patch {
+    /// A disc.
+    Disc {
+        /// Its middle.
+        centre: [f64; 3],
+        /// Axis of the normal.
+        axis: usize,
+        /// Radius.
+        radius: f64,
+    },
+    /// A rectangle.
+    Rectangle {
+        /// Lower corner.
+        lower: [f64; 3],
+        /// Upper corner.
+        upper: [f64; 3],
+        /// Axis of the normal.
+        axis: usize,
+    },
+}
+
+impl Patch {
+    /// True of a position in it.
+    pub fn has(&self, at: [f64; 3]) -> bool {
+        match self {
+            Self::Disc { centre, axis, radius } => {
+                let squares = (0..3).filter(|a| a != axis).map(|a| (at[a] - centre[a]) * (at[a] - centre[a]));
+                squares.sum::<f64>() <= radius * radius
+            }
+            Self::Rectangle { lower, upper, axis } => {
+                (0..3).filter(|a| a != axis).all(|a| (lower[a]..upper[a]).contains(&at[a]))
+            }
+        }
+    }
+
+    /// Interval that it has along an axis.
+    pub fn along(&self, a: usize) -> [f64; 2] {
+        match self {
+            Self::Disc { centre, radius, .. } => [centre[a] - radius, centre[a] + radius],
+            Self::Rectangle { lower, upper, .. } => [lower[a], upper[a]],
+        }
+    }
+
+    /// The same with all lengths multiplied by a factor.
+    #[must_use]
+    pub fn scaled(&self, by: f64) -> Self {
+        let scaled = |lengths: [f64; 3]| lengths.map(|length| length * by);
+        match *self {
+            Self::Disc { centre, axis, radius } => {
+                Self::Disc { centre: scaled(centre), axis, radius: radius * by }
+            }
+            Self::Rectangle { lower, upper, axis } => {
+                Self::Rectangle { lower: scaled(lower), upper: scaled(upper), axis }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_patch_has_what_is_in_it_wherever_along_the_normal() {
+        let disc = Patch::Disc { centre: [0.0, 2.0, 3.0], axis: 0, radius: 1.0 };
+        let rectangle = Patch::Rectangle { lower: [9.0, 1.0, 2.0], upper: [9.0, 3.0, 4.0], axis: 0 };
+        for (corner, patch) in [(false, disc), (true, rectangle)] {
+            assert!(patch.has([5.0, 2.9, 3.0]) && !patch.has([5.0, 2.0, 4.1]), "{patch:?}");
+            assert!(patch.has([5.0, 2.9, 3.9]) == corner && patch.scaled(2.0).has([5.0, 5.8, 6.0]));
+            assert_eq!([1, 2].map(|a| patch.along(a)), [[1.0, 3.0], [2.0, 4.0]]);
+        }
+    }
 
     #[test]
     fn the_mean_of_a_profile_is_1_and_it_vanishes_at_walls() {

@@ -9,13 +9,15 @@ const SPHERE: &str = include_str!("../../../../validation/oscillating_flow/spher
 
 pub(super) const CASE: Case = Case {
     name: "oscillating_flow",
-    question: "flow between plates by an acceleration or a plate that oscillates, and a free sphere in a fluid that does",
+    question: "flow between plates by an acceleration, a plate or a pressure that oscillates, and a free sphere in a fluid that does",
     source: "Landau and Lifshitz (1987), Fluid Mechanics, section 24",
     parts: &[
         Part::quick(0.5, |context, found| between_plates(context, found, Drive::Acceleration, 2.0)),
         Part::quick(0.5, |context, found| between_plates(context, found, Drive::Acceleration, 8.0)),
         Part::quick(0.5, |context, found| between_plates(context, found, Drive::Plate, 2.0)),
         Part::quick(0.5, |context, found| between_plates(context, found, Drive::Plate, 8.0)),
+        Part::quick(1.0, |context, found| between_plates(context, found, Drive::Pressure, 2.0)),
+        Part::quick(1.0, |context, found| between_plates(context, found, Drive::Pressure, 8.0)),
         Part::quick(12.0, |context, found| sphere(context, found, 1.0)),
         Part::quick(12.0, |context, found| sphere(context, found, 2.6)),
     ],
@@ -38,7 +40,12 @@ enum Drive {
     Acceleration,
     /// The upper plate: Stokes' second problem in a layer.
     Plate,
+    /// A table over time of the pressure at an outlet, opposite to another one: Womersley's flow.
+    Pressure,
 }
+
+/// Rows of a table in a period.
+const ROWS: u64 = 64;
 
 /// Oscillation along x of this amplitude, a cosine from the time 0 on, with a whole number of steps in a period.
 fn oscillation(amplitude: f64, period: u64, time_step: f64) -> String {
@@ -61,6 +68,9 @@ fn between_plates(context: &SuiteContext, found: &mut Findings, drive: Drive, ra
     let wanted = nu * (2.0 * ratio / height).powi(2);
     let period = (TAU / (wanted * dt)).round() as u64;
     let omega = TAU / (period as f64 * dt);
+    // The slowest mode has decayed to a millionth.
+    let decayed = 14.0 * height * height / (TAU * FRAC_PI_2 * nu * dt);
+    let periods = (decayed / period as f64).ceil() as u64;
     // 0.02 cells per step.
     let speed = 0.02 * plain.units().velocity();
     let own = match drive {
@@ -68,14 +78,25 @@ fn between_plates(context: &SuiteContext, found: &mut Findings, drive: Drive, ra
             format!("driving.body_acceleration={}", oscillation(speed * omega, period, dt))
         }
         Drive::Plate => format!("domain.faces.\"z+\".velocity={}", oscillation(speed, period, dt)),
+        Drive::Pressure => {
+            let largest = plain.fluid_density() * speed * omega * plain.domain.size().x;
+            let row = |n: u64| {
+                let time = (n * period) as f64 / ROWS as f64 * dt;
+                format!("[{time:e}, {:e}]", largest * (omega * time).cos())
+            };
+            let rows: Vec<String> = (0..=(periods + 1) * ROWS).map(row).collect();
+            format!(
+                "domain={{ size = [4e-4, 4e-4, 2.4e-3], periodic = [false, true, false], \
+                 faces = {{ x-.outlet.pressure.table = [{}], \"x+\".outlet = {{}} }} }}",
+                rows.join(", ")
+            )
+        }
     };
     let setup = context.setup(PLATES, CASE.name, &[own])?;
     let mut run = Simulation::solo(&setup)?;
-    // The slowest mode has decayed to a millionth.
-    let decayed = 14.0 * height * height / (TAU * FRAC_PI_2 * nu * dt);
-    let periods = (decayed / period as f64).ceil() as u64;
     run.advance(periods * period)?;
 
+    let plate = setup.walls.iter().position(|wall| wall.name == "z+").expect("the case has one");
     let layers = setup.domain.cells[2];
     let (mut profile, mut force) = (vec![Vec::new(); layers], Vec::new());
     for _ in 0..period {
@@ -89,11 +110,11 @@ fn between_plates(context: &SuiteContext, found: &mut Findings, drive: Drive, ra
         }
         run.step()?;
         // Of the step, whose middle lies half a step back.
-        force.push((run.steps_done() as f64 * dt - 0.5 * dt, run.wall_loads()[1].force.x));
+        force.push((run.steps_done() as f64 * dt - 0.5 * dt, run.wall_loads()[plate].force.x));
     }
     let root = (C::i() * (omega / nu)).sqrt();
     let exact = |z: f64| match drive {
-        Drive::Acceleration => {
+        Drive::Acceleration | Drive::Pressure => {
             let wall = (root * (0.5 * height)).cosh();
             // a / (i w) (1 - cosh / cosh), a = w U.
             -C::i() * speed * (C::from(1.0) - (root * (z - 0.5 * height)).cosh() / wall)
@@ -104,10 +125,10 @@ fn between_plates(context: &SuiteContext, found: &mut Findings, drive: Drive, ra
         (harmonic(layer, omega) - exact((z as f64 + 0.5) * setup.domain.dx)).norm() / speed
     };
     let worst = profile.iter().enumerate().map(error).fold(0.0, f64::max);
+    let womersley = "Womersley (1955), doi:10.1113/jphysiol.1955.sp005276, between plates";
     let (what, source) = match drive {
-        Drive::Acceleration => {
-            ("acceleration", "Womersley (1955), doi:10.1113/jphysiol.1955.sp005276, between plates")
-        }
+        Drive::Acceleration => ("acceleration", womersley),
+        Drive::Pressure => ("table of pressures", womersley),
         Drive::Plate => ("plate", "Stokes (1851), Trans. Camb. Phil. Soc. 9, 8, in a layer"),
     };
     let quantity =
@@ -117,7 +138,7 @@ fn between_plates(context: &SuiteContext, found: &mut Findings, drive: Drive, ra
     // On the upper plate -mu du/dz, over its area.
     let mu = setup.fluid_density() * nu;
     let slope = match drive {
-        Drive::Acceleration => C::i() * speed * root * (root * (0.5 * height)).tanh(),
+        Drive::Acceleration | Drive::Pressure => C::i() * speed * root * (root * (0.5 * height)).tanh(),
         Drive::Plate => root / (root * height).tanh() * speed,
     };
     let size = setup.domain.size();

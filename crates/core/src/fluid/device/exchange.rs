@@ -229,13 +229,18 @@ impl<S> Drop for DeviceSweep<S> {
 }
 
 impl<S: Population> DeviceSweep<S> {
-    /// Takes the numbers of all links within the block, and of those that wait, from walls that vary their motion.
+    /// Takes the numbers of all links within the block, and of those that wait, from walls that vary their motion, and the densities of outlets.
     pub(in crate::fluid) fn move_walls(
         &mut self,
         [early, late]: [Vec<LinkList<S::Number>>; 2],
         cells: &[CellList<S::Number>; 2],
+        outlet_densities: &[S::Number],
     ) {
-        let Exchange { swept, late: waiting, interpolated, .. } = &mut self.exchange;
+        let Exchange { swept, late: waiting, interpolated, outlets, .. } = &mut self.exchange;
+        for outlets in outlets.iter_mut().flatten() {
+            let done = self.queue.write(&mut outlets.excess, outlet_densities);
+            self.failed.note(done);
+        }
         for (list, links) in cells.iter().zip(interpolated) {
             let done = links.as_mut().map(|links| self.queue.write(&mut links.numbers, &list.numbers));
             self.failed.note(done.unwrap_or(Ok(())));

@@ -11,7 +11,7 @@ use crate::lattice::Q;
 /// Sends back at outlets, on entering a phase.
 pub(super) struct Outlets {
     cells: Array,
-    excess: Array,
+    pub(super) excess: Array,
     rates: Array,
     axes: Array,
     outwards: Array,

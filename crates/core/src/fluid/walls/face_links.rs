@@ -57,8 +57,10 @@ struct Stretch<T> {
 
 #[derive(Clone, Copy, Debug)]
 struct Outlet<T> {
-    /// Density minus 1.
+    /// Density minus 1, now and without what the motion of its wall adds.
     excess: T,
+    of_face: f64,
+    wall: u16,
     /// None if sound is reflected.
     absorption: Option<Absorption<T>>,
 }
@@ -142,11 +144,11 @@ impl<T: Real> FaceLinks<T> {
     }
 
     /// Finds the cells beside faces of the block; `wrap_x` if it is its own neighbour in x.
-    pub(super) fn find(&mut self, layout: &Layout, map: &Map, faces: [Face; 6], wrap_x: bool) {
+    pub(super) fn find(&mut self, layout: &Layout, map: &Map, faces: &[Face; 6], wrap_x: bool) {
         let [nx, ny, nz] = layout.size.map(|n| n as isize);
         let mut rows: Vec<Vec<Stretch<T>>> = Vec::new();
-        for (n, face) in
-            faces.into_iter().enumerate().filter(|(n, face)| face.sends_to_neighbours() && map.is_at(*n))
+        for (n, &face) in
+            faces.iter().enumerate().filter(|(n, face)| face.sends_to_neighbours() && map.is_at(*n))
         {
             rows.resize_with((ny * nz) as usize, Vec::new);
             let outwards = T::from_f64(if n.is_multiple_of(2) { -1.0 } else { 1.0 });
@@ -164,13 +166,14 @@ impl<T: Real> FaceLinks<T> {
                         self.ways.truncate(first);
                         self.ways.extend(&same[0].1);
                         let first_mean = self.means[1];
-                        let outlet = if let Face::Outlet { excess, relaxation } = face {
+                        let outlet = if let Face::Outlet { excess, relaxation, .. } = face {
                             let absorption = relaxation.map(|rate| {
                                 let rate = T::from_f64(rate);
                                 Absorption { rate, outwards, face: n, first: first_mean }
                             });
                             self.means[1] += if absorption.is_some() { same.len() } else { 0 };
-                            Some(Outlet { excess: T::from_f64(excess), absorption })
+                            let (wall, of_face) = (map.faces[n], excess);
+                            Some(Outlet { excess: T::from_f64(excess), of_face, wall, absorption })
                         } else {
                             None
                         };
@@ -191,6 +194,13 @@ impl<T: Real> FaceLinks<T> {
         }
         if !rows.is_empty() {
             self.rows.push(self.stretches.len() as u32);
+        }
+    }
+
+    /// Gives outlets their densities in the coming step, from what the motion of their wall adds.
+    pub(super) fn set_pressures(&mut self, added: impl Fn(u16) -> f64) {
+        for outlet in self.stretches.iter_mut().filter_map(|stretch| stretch.outlet.as_mut()) {
+            outlet.excess = T::from_f64(outlet.of_face + added(outlet.wall));
         }
     }
 
@@ -236,7 +246,7 @@ impl<T: Real> FaceLinks<T> {
         let (arrived, left) = (&self.arrived[entered as usize], &self.left[entered as usize]);
         let c = |x: f64| T::from_f64(x);
         let mut more = [T::ZERO; MOST];
-        if let Some(Outlet { excess, absorption }) = outlet {
+        if let Some(Outlet { excess, absorption, .. }) = outlet {
             let (mut sum, mut momentum) = ([T::ZERO; MOST], [[T::ZERO; MOST]; 3]);
             for (i, left) in left.iter().enumerate().skip(1) {
                 let from = &populations[cell.wrapping_add(*left)..][..count];
@@ -356,7 +366,7 @@ impl<T: Real> FaceLinks<T> {
                         list.slips[1].push(from);
                     }
                 }
-                if let Some(Outlet { excess, absorption }) = stretch.outlet {
+                if let Some(Outlet { excess, absorption, .. }) = stretch.outlet {
                     list.cells.push(cell as u64);
                     list.excess.push(excess);
                     let absorbs = absorption.unwrap_or(Absorption {
@@ -381,6 +391,12 @@ impl<S: Population> Walls<S> {
     /// All links of faces as a device applies them on entering a phase, and distances from a cell to what has left it.
     pub(crate) fn face_links(&self, entered: AaPhase) -> (FaceLinkList<S::Number>, &[usize; Q]) {
         (self.face_links.list::<S>(entered), &self.face_links.left[entered as usize])
+    }
+
+    /// Densities of the outlets in the coming step, in the order of [`FaceLinkList::excess`].
+    pub(crate) fn outlet_densities(&self) -> Vec<S::Number> {
+        let stretches = self.face_links.stretches.iter();
+        stretches.flat_map(|of| std::iter::repeat_n(of.outlet, of.count)).flatten().map(|of| of.excess).collect()
     }
 
     /// Numbers behind the populations of the block that belong to its outlets.

@@ -17,7 +17,7 @@ pub(super) struct Map {
     lo: [usize; 3],
     walls: Vec<u16>,
     /// The wall of each closed face of the box.
-    faces: [u16; 6],
+    pub(super) faces: [u16; 6],
 }
 
 /// Origin of a population that arrives in a fluid cell from a wall.
@@ -76,26 +76,28 @@ impl Map {
     /// an inlet comes first, so that its flux is exact, then walls, then outlets; free slip mirrors what the other one does.
     pub(super) fn back(&self, [x, y, z]: [isize; 3], i: usize) -> Option<Back> {
         let ([cx, cy, cz], cell) = (C[i], self.in_box([x, y, z]));
+        let beyond: [isize; 3] = std::array::from_fn(|a| cell[a] - C[i][a]);
         let wall = self.at(x - cx, y - cy, z - cz);
         if wall == NO_WALL || self.at(x, y, z) != NO_WALL {
             return None;
         }
-        let priority = |face: usize| match self.domain.faces[face] {
+        let kind = |face: usize| self.domain.face_at(face, beyond);
+        let priority = |face: usize| match kind(face) {
             Face::Inlet => 0,
             Face::Wall | Face::Periodic => 1,
             Face::Outlet { .. } => 2,
             Face::FreeSlip => 3,
         };
         let mut faces: Vec<usize> =
-            (0..3).filter_map(|a| self.domain.face_beyond(a, cell[a] - C[i][a])).collect();
+            (0..3).filter_map(|a| self.domain.face_beyond(a, beyond[a])).collect();
         faces.sort_by_key(|&face| priority(face));
         let Some(&first) = faces.first() else { return Some(Back::Bounced(wall)) };
-        if !self.domain.faces[first].sends_to_neighbours() {
+        if !kind(first).sends_to_neighbours() {
             let same = |&&face: &&usize| priority(face) == priority(first) && self.faces[face] == wall;
             let other = faces.iter().find(same).unwrap_or(&first);
             return Some(Back::Bounced(if faces.len() == 1 { wall } else { self.faces[*other] }));
         }
-        let slips = self.domain.faces[first] == Face::FreeSlip;
+        let slips = kind(first) == Face::FreeSlip;
         let mut source = [x, y, z];
         match faces[..] {
             // The population is mirrored twice.

@@ -5,7 +5,7 @@ use crate::domain::Domain;
 use crate::fluid::layout::Layout;
 use crate::fluid::{Population, Real};
 use crate::lattice::{C, W};
-use crate::math::Profile;
+use crate::math::{Patch, Profile};
 
 /// Rigid motion of a wall in a step, lattice units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -20,6 +20,10 @@ pub struct WallMotion {
     pub varies: bool,
     /// Profile of the velocity, lengths in cells: of an inlet.
     pub profile: Profile,
+    /// Part of the face with that velocity, lengths in cells: of an inlet.
+    pub patch: Option<Patch>,
+    /// Density of an outlet, added to that of its [face](crate::domain::Face::Outlet).
+    pub excess: f64,
 }
 
 impl WallMotion {
@@ -30,10 +34,15 @@ impl WallMotion {
     /// `6 w_i c_i . u_w` of the link in direction `i` of a cell of the box: by its position there, so it is the same on every rank. Where it
     /// crosses a face that [sends back to neighbours](crate::domain::Face::sends_to_neighbours), too, the wall does not push through that.
     pub(super) fn correction<T: Real>(&self, cell: [isize; 3], i: usize, domain: &Domain) -> T {
+        let centre = cell.map(|n| n as f64 + 0.5);
+        if self.patch.is_some_and(|patch| !patch.has(centre)) {
+            return T::ZERO;
+        }
         let u = self.at(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)));
         let pushes = |&a: &usize| {
-            let crossed = domain.face_beyond(a, cell[a] - C[i][a]);
-            crossed.is_none_or(|face| !domain.faces[face].sends_to_neighbours())
+            let beyond: [isize; 3] = std::array::from_fn(|a| cell[a] - C[i][a]);
+            let crossed = domain.face_beyond(a, beyond[a]);
+            crossed.is_none_or(|face| !domain.face_at(face, beyond).sends_to_neighbours())
         };
         let cu: f64 = (0..3).filter(pushes).map(|a| C[i][a] as f64 * u[a]).sum();
         T::from_f64(6.0 * W[i] * cu)
@@ -58,6 +67,7 @@ impl<S: Population> Walls<S> {
         let (lo, domain) = (self.lo, self.domain);
         let in_box = |cell: [usize; 3]| std::array::from_fn(|a| (cell[a] + lo[a]) as isize);
         self.motions.copy_from_slice(motions);
+        self.face_links.set_pressures(|wall| motions[usize::from(wall)].excess);
         for run in self.late.iter().chain(self.early.iter().flatten()) {
             let (motion, i) = (&motions[usize::from(run.wall)], usize::from(run.direction));
             if motion.varies {

@@ -49,6 +49,8 @@ pub(super) const AT_REST: WallMotion = WallMotion {
     pivot: [0.0; 3],
     varies: false,
     profile: Profile::Uniform,
+    patch: None,
+    excess: 0.0,
 };
 
 pub(super) fn sliding(velocity: [f64; 3]) -> WallMotion {

@@ -20,7 +20,7 @@ fn between(
     let mut faces = [Face::Periodic; 6];
     faces[2 * axis] = first;
     let relaxation = absorbs.then_some(0.25 * SOUND / cells[axis] as f64);
-    faces[2 * axis + 1] = Face::Outlet { excess: 0.0, relaxation };
+    faces[2 * axis + 1] = Face::Outlet { excess: 0.0, relaxation, patch: None };
     let next = (axis + 1) % 3;
     faces[2 * next..2 * next + 2].fill(sides);
     let mut motions = [AT_REST; 6];
