@@ -86,7 +86,11 @@ pub fn pack(
     positions.extend(balls.iter().map(|_| {
         let first = draw();
         let behind = |at: &Vec3| walls.iter().any(|wall| wall.distance(*at) < 0.0);
-        if behind(&first) { (1..DRAWS).map(|_| draw()).find(|at| !behind(at)).unwrap_or(first) } else { first }
+        if behind(&first) {
+            (1..DRAWS).map(|_| draw()).find(|at| !behind(at)).unwrap_or(first)
+        } else {
+            first
+        }
     }));
     let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
     let mut finder = PairFinder::new(*domain);
@@ -228,12 +232,12 @@ mod tests {
         let [face, wall] = [0.0, 8.0].map(beside);
         assert!(positions.iter().all(|at| at.z < 7.5), "all in the free half");
         assert!((wall as f64 / face as f64 - 1.0).abs() < 0.3, "{wall} beside the wall, {face} at the face");
-        // A pipe: those in its outer half by radius are three quarters, and more as they keep clear of the wall.
+        // A pipe: those further than 3.25 from the axis are 78 % of what is drawn within 7; with those from behind the wall they would be 87 %.
         let pipe = Surface::Cylinder { point: Vec3::repeat(8.0), axis: Vec3::z(), radius: 7.0, pipe: true };
         let positions = pack(&cube(16), &[pipe], &[], &[BALL; 400], 5).unwrap();
         let outer = positions.iter().filter(|at| (at.xy() - Vec3::repeat(8.0).xy()).norm() > 3.25);
         let part = outer.count() as f64 / 400.0;
-        assert!((part - 0.75).abs() < 0.06, "{part}");
+        assert!((part - 0.784).abs() < 0.05, "{part}");
     }
 
     #[test]

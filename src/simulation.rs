@@ -167,7 +167,8 @@ impl FluidSystem {
     ) -> Result<Self> {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
-        let walls = LatticeWalls::new(&setup.walls, &setup.units()).with_open(&setup.inlets, &setup.pressures);
+        let walls =
+            LatticeWalls::new(&setup.walls, &setup.units()).with_open(&setup.inlets, &setup.pressures);
         let boundary = Boundary {
             motions: &walls.motions(None),
             wall_of: &|cell| walls.wall_of(cell),

@@ -5,13 +5,13 @@ mod patch;
 use super::Setup;
 use super::checks::Document;
 use super::file::{FACES, FaceSection, InletSection, ProfileKind, VariableVector, VectorSection};
-use patch::{parabola_of, patch};
 use super::walls::PlacedWall;
 use crate::domain::{Domain, Face};
 use crate::error::Result;
 use crate::math::{Patch, Profile, TimeFunction, Vec3};
 use crate::units::Units;
 use crate::wall::{Inlet, Surface};
+use patch::{parabola_of, patch};
 use std::collections::BTreeMap;
 
 /// Largest density of an outlet over the reference, minus 1: the pressure is linear in the density.
@@ -356,7 +356,9 @@ mod tests {
         let described = [0, 1].map(|wall| setup.passage(wall).unwrap());
         // 80 centres of cells lie in a circle of 10 cells.
         assert!(described[0].starts_with("inlet, 80 cells of the face, parabolic"), "{described:?}");
-        assert!(described[1].starts_with("outlet, 100 cells of the face, pressure varying, at most 2.000e-2"));
+        assert!(
+            described[1].starts_with("outlet, 100 cells of the face, pressure varying, at most 2.000e-2")
+        );
     }
 
     #[test]

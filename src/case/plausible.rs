@@ -152,7 +152,8 @@ impl Review<'_> {
             else {
                 continue;
             };
-            let varies = [0, 1].map(|end| setup.largest_change_of_pressure(2 * axis + end)).iter().sum::<f64>();
+            let varies =
+                [0, 1].map(|end| setup.largest_change_of_pressure(2 * axis + end)).iter().sum::<f64>();
             // From rest without friction, and between walls far from either end.
             let drop = ((high - low).abs() * setup.units().pressure() + varies) / fluid.density;
             let width = setup.width_across(axis);

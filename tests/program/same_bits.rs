@@ -198,7 +198,7 @@ fn particles_that_come_into_a_flow_through_parts_of_faces_and_go_with_it_have_th
     let [_, series, _] = same_on_ranks(&open(), &["saturated"], &["f32", "f64", "f16"]);
     let last = |name: &str| column_of(&series[..], name).last().copied().unwrap();
     let counts = ["inserted_particles.0", "inserted_particles.1", "removed_particles.0"].map(last);
-    assert!(counts[0] > 20.0 && counts[1] > 8.0 && counts[2] > 2.0, "{counts:?}");
+    assert!(counts[0] > 20.0 && counts[1] > 8.0 && counts[2] > 1.0, "{counts:?}");
     assert!(last("mass_flow_x+") < 0.0 && last("mass_flow_x-") > 0.0);
 }
 
@@ -207,7 +207,7 @@ fn particles_that_come_into_a_suspension_with_lubrication_have_the_same_bits_on_
     let [_, series, _] = same_on_ranks(&coming(), &["saturated"], &["f32"]);
     let last = |name: &str| column_of(&series[..], name).last().copied().unwrap();
     let counts = ["inserted_particles.0", "removed_particles.0"].map(last);
-    assert!(counts[0] > 10.0 && counts[1] > 2.0, "{counts:?}");
+    assert!(counts[0] > 5.0 && counts[1] > 2.0, "{counts:?}");
 }
 
 #[test]

@@ -140,7 +140,7 @@ mod tests {
         for (corner, patch) in [(false, disc), (true, rectangle)] {
             assert!(patch.has([5.0, 2.9, 3.0]) && !patch.has([5.0, 2.0, 4.1]), "{patch:?}");
             assert!(patch.has([5.0, 2.9, 3.9]) == corner && patch.scaled(2.0).has([5.0, 5.8, 6.0]));
-            assert_eq!([1, 2].map(|a| patch.along(a)), [[1.0, 3.0], [2.0, 4.0]]);
+            assert_eq!([1, 2].map(|a| patch.along(a).map(|x| x as i32)), [[1, 3], [2, 4]]);
         }
     }
 

@@ -79,7 +79,12 @@ fn drop_of_pressure(context: &SuiteContext, found: &mut Findings) -> Result<()> 
         run.advance(EVERY)?;
         looks.push(Look::at(&run, &setup));
     }
-    found.relative("pressure drop times area over the weight of the bed (-)", Look::mean(&looks).drop, 1.0, DROP);
+    found.relative(
+        "pressure drop times area over the weight of the bed (-)",
+        Look::mean(&looks).drop,
+        1.0,
+        DROP,
+    );
     Ok(())
 }
 
@@ -132,15 +137,16 @@ fn expansion(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         let expected = solid / (area * (1.0 - ((velocity.ln() - offset) / exponent).exp()));
         let quantity = format!("{velocity} m/s: height of the bed over its diameter (-)");
         let (height, expected) = (means[n].height / setup.diameter, expected / setup.diameter);
-        found
-            .relative(quantity, height, expected, HEIGHT)
-            .source("Richardson and Zaki (1954), Trans. Inst. Chem. Eng. 32, 35, with the exponent of the bed");
+        found.relative(quantity, height, expected, HEIGHT).source(
+            "Richardson and Zaki (1954), Trans. Inst. Chem. Eng. 32, 35, with the exponent of the bed",
+        );
         found.note(format!("{velocity} m/s: void fraction (-)"), voids[n]);
     }
     let [before, after] = [means[0], means[3]].map(|mean| mean.excess - mean.of_weight);
     found.note("mean density over the reference less 1, first velocity (-)", means[0].excess);
     found.note("of it by the weight of the spheres (-)", means[0].of_weight);
-    let quantity = "mean density less what the weight of the spheres gives it, its change to the end of 1e5 steps (-)";
+    let quantity =
+        "mean density less what the weight of the spheres gives it, its change to the end of 1e5 steps (-)";
     found.absolute(quantity, after - before, 0.0, DENSITY).source("conservation of mass");
     let course = looks.iter().enumerate().step_by(20);
     let course = course.map(|(n, look)| [(n as u64 * EVERY) as f64, look.height / setup.diameter]);

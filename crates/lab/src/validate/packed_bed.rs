@@ -76,7 +76,10 @@ fn bed(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let ergun = 150.0 * phi * phi * viscosity * density * VELOCITY / (void * diameter * diameter)
         + 1.75 * phi * density * VELOCITY * VELOCITY / (void * diameter);
     found.note("volume fraction (-)", phi);
-    found.note("Reynolds number by the diameter and the superficial velocity (-)", VELOCITY * diameter / viscosity);
+    found.note(
+        "Reynolds number by the diameter and the superficial velocity (-)",
+        VELOCITY * diameter / viscosity,
+    );
     found.relative("pressure drop between inlet and outlet (Pa/m)", between, ergun, ERGUN);
     let quantity = "pressure drop between inlet and outlet over that in a periodic box (-)";
     found.relative(quantity, between / alone, 1.0, PERIODIC).source("the same bed in a periodic box");

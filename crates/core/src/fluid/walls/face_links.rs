@@ -396,7 +396,11 @@ impl<S: Population> Walls<S> {
     /// Densities of the outlets in the coming step, in the order of [`FaceLinkList::excess`].
     pub(crate) fn outlet_densities(&self) -> Vec<S::Number> {
         let stretches = self.face_links.stretches.iter();
-        stretches.flat_map(|of| std::iter::repeat_n(of.outlet, of.count)).flatten().map(|of| of.excess).collect()
+        stretches
+            .flat_map(|of| std::iter::repeat_n(of.outlet, of.count))
+            .flatten()
+            .map(|of| of.excess)
+            .collect()
     }
 
     /// Numbers behind the populations of the block that belong to its outlets.

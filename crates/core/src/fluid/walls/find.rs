@@ -88,8 +88,7 @@ impl Map {
             Face::Outlet { .. } => 2,
             Face::FreeSlip => 3,
         };
-        let mut faces: Vec<usize> =
-            (0..3).filter_map(|a| self.domain.face_beyond(a, beyond[a])).collect();
+        let mut faces: Vec<usize> = (0..3).filter_map(|a| self.domain.face_beyond(a, beyond[a])).collect();
         faces.sort_by_key(|&face| priority(face));
         let Some(&first) = faces.first() else { return Some(Back::Bounced(wall)) };
         if !kind(first).sends_to_neighbours() {
