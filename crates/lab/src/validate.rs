@@ -21,7 +21,6 @@ mod liggghts;
 mod net_flux;
 mod open_faces;
 mod oscillating_flow;
-mod packed_bed;
 mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
@@ -71,7 +70,6 @@ pub const CASES: &[Case] = &[
     open_faces::CASE,
     cylinder::CASE,
     flow_past_sphere::CASE,
-    packed_bed::CASE,
     fluidised_bed::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
