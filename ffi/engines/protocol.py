@@ -30,7 +30,7 @@ def _answer(engine, kind, payload):
         length, = struct.unpack_from("<Q", payload)
         case, bodies = json.loads(payload[8:8 + length]), struct.iter_unpack("<QQ13d", payload[8 + length:])
         for key in ("rolling", "cohesion"):
-            if (case["contact"] or {}).get(key, "none") != "none":
+            if (case["contact"] or {}).get(key, "none") not in ("none", *getattr(engine, "laws", {}).get(key, ())):
                 raise Refusal(f"this engine has no contact.{key}")
         engine.set_up(case, list(bodies))
         return READY, b""
@@ -52,7 +52,7 @@ def serve(engine):
     """Answers messages until Turbid says goodbye or ends.
 
     `engine` has `hello` and, for the messages of the same names, `set_up(case, bodies)`, `advance(step, substeps, loads)`,
-    `contacts()`, `save()` and `restore(saved)`; records are tuples of numbers in the order of the protocol.
+    `contacts()`, `save()` and `restore(saved)`; `laws` may have the values of `rolling` and `cohesion` that it knows; records are tuples of numbers in the order of the protocol.
     """
     while True:
         head = _input.read(16)

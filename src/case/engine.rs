@@ -185,7 +185,7 @@ fn refuse_law(document: &Document, liggghts: bool) -> Result<()> {
         "contact.friction" => {
             "take \"mindlin_displacement\", the friction of LIGGGHTS, or dem.engine = \"native\""
         }
-        "contact.twisting" => "remove it, or take dem.engine = \"native\"",
+        "contact.twisting" | "contact.van_der_waals" => "remove it, or take dem.engine = \"native\"",
         "contact.cohesion" => "LIGGGHTS has \"sjkr\"; take that, or dem.engine = \"native\"",
         _ => {
             "LIGGGHTS has a law of its own, Hertz's with a dashpot; remove the key: \"exact\" with \"hertz\" is the same \

@@ -1,10 +1,10 @@
-//! Laws of contacts that the bodies of a case cannot have: those of round bodies for bodies with edges, and cohesion without its parameter or
-//! so strong that bodies in contact sink too deep into each other.
+//! Laws of contacts that the bodies of a case cannot have: those of round bodies for bodies with edges, the van der Waals force of others than spheres, and cohesion without its
+//! parameter or so strong that bodies in contact sink too deep into each other.
 
 use super::checks::Document;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
-use crate::contact::{CohesionLaw, ContactModel, DEEPEST, ElasticLaw, FrictionLaw, PairParams};
+use crate::contact::{CohesionLaw, ContactModel, DEEPEST, ElasticLaw, FrictionLaw, PairParams, VanDerWaals};
 use crate::error::Result;
 use crate::output::numbers::small;
 use crate::particle::Template;
@@ -38,7 +38,7 @@ const DMT: Round = Round {
 const JKR: Round = Round {
     key: "contact.cohesion",
     does: "\"jkr\" is the cohesion of spheres",
-    lacks: |template| template.parts().any(|(shape, _)| shape.as_sphere().is_none()).then_some("no sphere"),
+    lacks: |template| is_no_sphere(template).then_some("no sphere"),
     parameter: ("work_of_adhesion", |pair| pair.work_of_adhesion),
     instead: "or take \"dmt\" for round bodies, or \"sjkr\", which is proportional to the area of the overlap",
 };
@@ -55,6 +55,46 @@ const PARTIAL_SLIP: Round = Round {
 
 fn has_edges(template: &Template) -> bool {
     template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
+}
+
+fn is_no_sphere(template: &Template) -> bool {
+    template.parts().any(|(shape, _)| shape.as_sphere().is_none())
+}
+
+/// Refuses the van der Waals force of bodies that are no spheres, beside a law of cohesion, and with a cut-off within its smallest gap.
+pub(super) fn refuse_van_der_waals(document: &Document, kinds: &Kinds, model: &ContactModel) -> Result<()> {
+    let Some(VanDerWaals { smallest_gap, cut_off, .. }) = model.van_der_waals else { return Ok(()) };
+    let key = "contact.van_der_waals";
+    if !document.case.contact.enabled {
+        let title = format!("`{key}` needs contacts, which are off");
+        let marks = [(key, "given"), ("contact.enabled", "no contacts")];
+        return Err(document.error_at(&marks, &title, "remove one of them"));
+    }
+    if cut_off <= smallest_gap {
+        let within = format!("{key}.cut_off");
+        let title =
+            format!("`{within}` is {cut_off:e} m, not above `{key}.smallest_gap`, {smallest_gap:e} m");
+        let remedy = format!(
+            "take a larger cut-off, for instance {} m, where a hundredth of the force is left",
+            small(10.0 * smallest_gap)
+        );
+        return Err(document.error(&within, &title, "no force over any gap", &remedy));
+    }
+    if model.cohesion != CohesionLaw::None {
+        let title =
+            format!("`contact.cohesion` is {}, but `{key}` is given", serde_json::json!(model.cohesion));
+        let marks = [("contact.cohesion", "adhesion in contact"), (key, "acts in contact, too")];
+        let remedy =
+            "remove one of them: both are the adhesion of surfaces that touch, which would count twice";
+        return Err(document.error_at(&marks, &title, remedy));
+    }
+    let found = kinds.templates.iter().position(is_no_sphere);
+    let Some(index) = found else { return Ok(()) };
+    let shape = format!("particles.{}.shape", kinds.of_each(|section, _| section)[index]);
+    let title =
+        format!("`{key}` is a force of spheres, but `{shape}` is a {}", kinds.templates[index].shape.kind());
+    let remedy = "remove it, or take contact.cohesion = \"dmt\" for round bodies, or \"sjkr\" for any, which act in contact alone";
+    Err(document.error_at(&[(&*shape, "no sphere"), (key, "the force")], &title, remedy))
 }
 
 /// Refuses laws of round bodies for those with edges, which have no radius, and the law of spheres for others.
@@ -90,7 +130,7 @@ struct Cohesive {
     law: &'static str,
     /// Its parameter.
     name: &'static str,
-    value: fn(&PairParams) -> f64,
+    value: fn(&ContactModel, [usize; 2]) -> f64,
     unit: &'static str,
     usual: &'static str,
     /// The power of the depth at rest with which the parameter grows.
@@ -98,13 +138,24 @@ struct Cohesive {
 }
 
 impl Cohesive {
-    fn of(law: CohesionLaw) -> Option<Self> {
+    fn of(model: &ContactModel) -> Option<Self> {
+        Self::of_law(model.cohesion).or(model.van_der_waals.map(|_| Self {
+            law: "van der Waals",
+            name: "van_der_waals.hamaker_constant",
+            value: |model, _| model.van_der_waals.map_or(0.0, |law| law.hamaker_constant),
+            unit: "J",
+            usual: "1e-20",
+            power: 1.5,
+        }))
+    }
+
+    fn of_law(law: CohesionLaw) -> Option<Self> {
         match law {
             CohesionLaw::None => None,
             CohesionLaw::Dmt => Some(Self {
                 law: "dmt",
                 name: "work_of_adhesion",
-                value: |pair| pair.work_of_adhesion,
+                value: |model, [a, b]| model.pair(a, b).work_of_adhesion,
                 unit: "J/m2",
                 usual: "0.05",
                 power: 1.5,
@@ -112,12 +163,12 @@ impl Cohesive {
             CohesionLaw::Sjkr => Some(Self {
                 law: "sjkr",
                 name: "cohesion_density",
-                value: |pair| pair.cohesion_density,
+                value: |model, [a, b]| model.pair(a, b).cohesion_density,
                 unit: "J/m3",
                 usual: "100",
                 power: 0.5,
             }),
-            CohesionLaw::Jkr => Self::of(CohesionLaw::Dmt).map(|dmt| Self { law: "jkr", ..dmt }),
+            CohesionLaw::Jkr => Self::of_law(CohesionLaw::Dmt).map(|dmt| Self { law: "jkr", ..dmt }),
         }
     }
 
@@ -137,7 +188,7 @@ pub(super) fn refuse_cohesion(
     walls: &[PlacedWall],
     model: &ContactModel,
 ) -> Result<()> {
-    let Some(cohesive) = Cohesive::of(model.cohesion) else { return Ok(()) };
+    let Some(cohesive) = Cohesive::of(model) else { return Ok(()) };
     let Cohesive { law, name, value, unit, usual, power } = cohesive;
     let keys = cohesive.keys(document);
     if keys.is_empty() {
@@ -179,12 +230,13 @@ pub(super) fn refuse_cohesion(
             if depth <= allowed {
                 continue;
             }
-            let given = value(model.pair(template.material, other));
+            let given = value(model, materials);
             let gives = |key: &&String| document.number(key) == Some(given);
             let key = keys.iter().find(gives).or(keys.last()).map_or("contact.cohesion", String::as_str);
+            let shown = if given < 1e-4 { format!("{given:e}") } else { given.to_string() };
             let into = if partner.is_finite() { "another body" } else { "a wall" };
             let title = format!(
-                "`{key}` is {given} {unit}, which alone presses `particles.{section}` {depth:.3e} m deep into {into}, more than \
+                "`{key}` is {shown} {unit}, which alone presses `particles.{section}` {depth:.3e} m deep into {into}, more than \
                  the {allowed:.3e} m at which a run ends"
             );
             let factor = 0.99 * libm::pow(allowed / depth, power);

@@ -9,7 +9,7 @@ use super::files::{Files, OwnShapes};
 use super::granular::agitate;
 use super::insertion::{Exchange, refuse_engine};
 use super::kinds::Kinds;
-use super::laws::{refuse_cohesion, refuse_edges};
+use super::laws::{refuse_cohesion, refuse_edges, refuse_van_der_waals};
 use super::materials::Materials;
 use super::motion::{applied, buoyancy, motions, refuse_vectors};
 use super::open::{open_faces, set_pressures};
@@ -138,6 +138,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let gravity = gravity(document);
     let mut model = materials.contact(document, enlargement)?;
     refuse_edges(document, &kinds, &model)?;
+    refuse_van_der_waals(document, &kinds, &model)?;
     if let Medium::Fluid(section, lattice) = &medium {
         model.lubrication = physics::lubrication(document, (section, lattice), &kinds, domain.dx, gravity)?;
     }

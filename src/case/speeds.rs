@@ -202,13 +202,16 @@ impl Setup {
     /// Templates of particles that gravity presses onto others, and the depth (m) of a contact under the weight of one of them minus its
     /// buoyancy, along the directions in which it is free.
     pub fn resting_depths(&self) -> Vec<(usize, f64)> {
-        let depth = |template: usize| {
-            let (kind, free) = (&self.templates[template], self.motions[template].free);
-            let gravity = Vec3::from_fn(|axis, _| if free[axis] { self.gravity[axis] } else { 0.0 });
-            let weight = (kind.density - self.fluid_density()).abs() * kind.shape.volume() * gravity.norm();
-            Some((template, self.spheres(template)?.static_depth(weight)))
-        };
+        let depth =
+            |template: usize| Some((template, self.spheres(template)?.static_depth(self.weight(template))));
         self.movable().into_iter().filter_map(depth).filter(|(_, depth)| *depth > 0.0).collect()
+    }
+
+    /// Weight (N) of a particle of a template minus its buoyancy, along the directions in which it is free.
+    pub fn weight(&self, template: usize) -> f64 {
+        let (kind, free) = (&self.templates[template], self.motions[template].free);
+        let gravity = Vec3::from_fn(|axis, _| if free[axis] { self.gravity[axis] } else { 0.0 });
+        (kind.density - self.fluid_density()).abs() * kind.shape.volume() * gravity.norm()
     }
 
     /// Templates, ascending, whose particles forces or torques move.

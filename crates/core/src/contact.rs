@@ -10,7 +10,7 @@
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
-//! centre ([`law`], [`friction`], [`rolling`], [`cohesion`]). [`lubrication`] acts between bodies that do not touch. [`pairs`] finds the pairs near enough to be
+//! centre ([`law`], [`friction`], [`rolling`], [`cohesion`]). [`lubrication`] and [`van_der_waals`] act between bodies that do not touch. [`pairs`] finds the pairs near enough to be
 //! measured, and [`neighbours`] keeps them while bodies move little. The engine keeps what a
 //! law remembers of each contact; no other result depends on earlier ones.
 
@@ -36,6 +36,7 @@ mod sphere_polyhedron;
 pub mod sphere_sphere;
 #[cfg(test)]
 mod tests;
+pub mod van_der_waals;
 
 use crate::math::Vec3;
 use crate::shape::{Passage, Shape};
@@ -56,6 +57,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 #[cfg(test)]
 pub(crate) use tests::ContactParams;
+pub use van_der_waals::VanDerWaals;
 
 /// Overlaps deeper than this part of the thickness of the (thinner) body are beyond the contact model, and end a run; for spheres half of
 /// the radius.
@@ -87,6 +89,9 @@ pub struct ContactModel {
     /// Forces of the fluid in narrow gaps.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lubrication: Option<Lubrication>,
+    /// Van der Waals force over gaps of spheres, in place of a law of cohesion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub van_der_waals: Option<VanDerWaals>,
 }
 
 impl ContactModel {
@@ -104,9 +109,11 @@ impl ContactModel {
         let film = shape.circumradius() + self.half_film();
         let neck = shape.circumradius() + self.enlargement;
         let neck = neck + 0.5 * self.stretch(neck);
+        let pull =
+            shape.circumradius() + self.enlargement + self.van_der_waals.map_or(0.0, |law| law.cut_off);
         let grown = |shape: &Arc<dyn Shape>| GrownShape::new(shape.clone(), self.enlargement).reach();
         let parts = shape.parts().iter().map(|part| part.position.norm() + grown(&part.shape));
-        parts.fold(grown(shape).max(film).max(neck), f64::max)
+        parts.fold(grown(shape).max(film).max(neck).max(pull), f64::max)
     }
 
     /// The same from the axis of a body that goes through the box, all of whose points lie within a radius (m).

@@ -1,4 +1,4 @@
-"""LAMMPS moves spheres for Turbid: Hertz's law with Tsuji's damping and Mindlin's friction (`pair_style granular`).
+"""LAMMPS moves spheres for Turbid: Hertz's law with Tsuji's damping and Mindlin's friction (`pair_style granular`), and adhesion by `dmt` and `jkr`.
 
 Works with the library of Debian 12, `liblammps0`: 29 September 2021, update 2. An error in LAMMPS ends the process that it runs in: a
 second one waits for it, and says what LAMMPS said last.
@@ -51,11 +51,16 @@ def law(contact, a, b):
     tangential = math.sqrt(4 * g_star / e_star)
     friction = pair["friction_kinetic"] if pair["friction_static"] > 0 else 0.0
     spring = "mindlin_rescale/force" if contact["friction"] == "mindlin" else "mindlin"
-    return (f"hertz {4 / 3 * e_star!r} {tsuji(pair['restitution'])!r} "
+    normal = f"hertz {4 / 3 * e_star!r} {tsuji(pair['restitution'])!r}"
+    if contact["cohesion"] != "none":
+        # With Poisson's ratio 0 the modulus is E / 2 for pairs and at walls; LAMMPS has the surface energy, half of the work of adhesion.
+        normal = f"{contact['cohesion']} {2 * e_star!r} {tsuji(pair['restitution'])!r} 0.0 {pair['work_of_adhesion'] / 2!r}"
+    return (f"{normal} "
             f"tangential {spring} {8 * g_star!r} {tangential!r} {friction!r} damping tsuji")
 
 
 class Lammps:
+    laws = {"cohesion": ("dmt", "jkr")}
     hello = {"name": "LAMMPS 29 Sep 2021", "shapes": ["sphere"], "walls": ["plane"], "contacts": True, "saves": True}
 
     def __init__(self):

@@ -178,9 +178,13 @@ impl ContactSection {
             twisting,
             cohesion,
             lubrication,
+            van_der_waals,
         } = model.clone();
         if lubrication.is_some() {
             return Err("lubrication");
+        }
+        if van_der_waals.is_some() {
+            return Err("van der Waals forces");
         }
         if geometry != Geometry::Exact {
             return Err("overlaps measured by samples");
@@ -263,6 +267,7 @@ pub fn wall_flaw(wall: &Wall) -> Option<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use turbid_core::contact::VanDerWaals;
     use turbid_core::contact::lubrication::{Lubrication, Unresolved};
 
     #[test]
@@ -301,5 +306,8 @@ mod tests {
             Lubrication { viscosity: 1e-3, roughness: 1e-6, cell: 1e-4, unresolved: Unresolved::saturated() };
         let lubricated = ContactModel { lubrication: Some(lubrication), ..ContactModel::default() };
         assert!(ContactSection::of(&lubricated).unwrap_err().contains("lubrication"));
+        let van_der_waals = VanDerWaals { hamaker_constant: 1e-19, smallest_gap: 1e-9, cut_off: 1e-7 };
+        let drawn = ContactModel { van_der_waals: Some(van_der_waals), ..ContactModel::default() };
+        assert!(ContactSection::of(&drawn).unwrap_err().contains("van der Waals"));
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::contact::{
     CohesionLaw, ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Geometry, RollingLaw, TwistingLaw,
+    VanDerWaals,
 };
 use crate::document::{non_negative, positive};
 use crate::engine::LiggghtsProcess;
@@ -69,6 +70,8 @@ pub struct ContactSection {
     /// Forces and torques of the fluid in gaps of spheres and ellipsoids with each other, with walls and with the faces of polyhedra that the lattice
     /// does not resolve. Without this section there are none.
     pub lubrication: Option<LubricationSection>,
+    /// Van der Waals force of spheres with each other and with walls, over gaps and in contact; in place of `cohesion`. Without this section there is none.
+    pub van_der_waals: Option<VanDerWaals>,
     /// Pairs of materials with values of their own; all others have the values above.
     pub pairs: Vec<PairSection>,
 }
@@ -107,6 +110,7 @@ impl Default for ContactSection {
             samples: 8,
             substeps: 1,
             lubrication: None,
+            van_der_waals: None,
             pairs: Vec::new(),
         }
     }
@@ -126,6 +130,7 @@ impl ContactSection {
             rolling: self.rolling,
             twisting: self.twisting,
             cohesion: self.cohesion,
+            van_der_waals: self.van_der_waals,
             ..ContactModel::default()
         }
     }
@@ -149,6 +154,7 @@ impl ContactSection {
             ("contact.rolling", json!(self.rolling), !liggghts && self.rolling.is_given()),
             ("contact.twisting", json!(self.twisting), self.twisting != TwistingLaw::None),
             ("contact.cohesion", json!(self.cohesion), cohesion),
+            ("contact.van_der_waals", json!(self.van_der_waals), self.van_der_waals.is_some()),
         ];
         found.into_iter().find_map(|(key, value, given)| given.then(|| (key, value.to_string())))
     }

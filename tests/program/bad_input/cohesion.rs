@@ -213,3 +213,54 @@ fn necks_of_bodies_laws_and_engines_that_lack_them_are_refused() {
     );
     has(&Place::new(&jkr).well(&["check", "case.toml"]), &["and cohesion"]);
 }
+
+#[test]
+fn van_der_waals_forces_that_a_case_cannot_have_are_refused() {
+    let force = "van_der_waals = { hamaker_constant = 1e-15, smallest_gap = 1e-6, cut_off = 1e-4 }";
+    let case = with(force);
+    let is = "`contact.van_der_waals`";
+    all_refused_of(
+        &case,
+        &[
+            (
+                SPHERE,
+                "{ ellipsoid = { axes = [1e-3, 1.5e-3, 2e-3] } }",
+                &["bad.toml:14:", is, "is a force of spheres, but `particles.0.shape` is a", "\"dmt\""],
+            ),
+            (
+                "cut_off = 1e-4",
+                "cut_off = 1e-6",
+                &["bad.toml:20:", "`contact.van_der_waals.cut_off` is 1e-6 m, not above", "1.0e-5 m"],
+            ),
+            (
+                "van_der_waals",
+                "cohesion = \"jkr\"\nwork_of_adhesion = 1e-5\nlaw = \"hertz\"\nvan_der_waals",
+                &["bad.toml:20:12", "`contact.cohesion` is \"jkr\", but", is, "count twice"],
+            ),
+            (
+                "hamaker_constant = 1e-15",
+                "hamaker_constant = 0",
+                &["`contact.van_der_waals.hamaker_constant` is 0", "above 0"],
+            ),
+            ("hamaker_constant = 1e-15, ", "", &["bad.toml:20:", "hamaker_constant"]),
+            (
+                "hamaker_constant = 1e-15",
+                "hamaker_constant = 1e-9",
+                &["`contact.van_der_waals.hamaker_constant` is 1e-9 J, which alone presses", "or less"],
+            ),
+            ("van_der_waals", "enabled = false\nvan_der_waals", &[is, "needs contacts, which are off"]),
+            (
+                "[run]",
+                "[dem]\nengine = \"liggghts\"\n[run]",
+                &["bad.toml:20:", is, "which LIGGGHTS", "remove it", "\"native\""],
+            ),
+            (
+                "[run]",
+                "[dem]\nengine = { command = [\"true\"] }\n[run]",
+                &["bad.toml:20:", is, "of which a program"],
+            ),
+        ],
+    );
+    let said = Place::new(&case).well(&["check", "case.toml"]);
+    has(&said, &["and cohesion", "pull-off force", "van der Waals"]);
+}

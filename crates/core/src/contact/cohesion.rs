@@ -47,11 +47,14 @@ impl CohesionLaw {
 impl Cohesion {
     /// Cohesion between two materials, by their indices.
     pub(super) fn new(model: &ContactModel, a: usize, b: usize) -> Self {
-        let (law, pair) = (model.cohesion, model.pair(a, b));
+        let pair = model.pair(a, b);
+        // The van der Waals force in contact is that of Derjaguin, Muller and Toporov.
+        let apart = model.van_der_waals.map(|law| law.work_of_adhesion());
+        let law = if apart.is_some() { CohesionLaw::Dmt } else { model.cohesion };
         let modulus = effective_modulus(&model.materials[a], &model.materials[b]);
         let strength = match law {
             CohesionLaw::None => 0.0,
-            CohesionLaw::Dmt | CohesionLaw::Jkr => pair.work_of_adhesion,
+            CohesionLaw::Dmt | CohesionLaw::Jkr => apart.unwrap_or(pair.work_of_adhesion),
             CohesionLaw::Sjkr => pair.cohesion_density,
         };
         let adhesion = (8.0 * PI * strength * modulus).sqrt();
@@ -77,6 +80,20 @@ impl Cohesion {
             CohesionLaw::Jkr => {
                 let square = radius * depth;
                 self.adhesion * (square * square.sqrt()).sqrt()
+            }
+        }
+    }
+
+    /// The force (N) that pulls bodies off each other at small overlaps, with the effective radius (m) and modulus (Pa): with `Sjkr` the largest of `k A` beyond
+    /// Hertz's, `(4 / 27) (2 pi k R*)^3 / ((4 / 3) E* sqrt(R*))^2`.
+    pub(super) fn pull_off(&self, radius: f64, modulus: f64) -> f64 {
+        match self.law {
+            CohesionLaw::None => 0.0,
+            CohesionLaw::Dmt => 2.0 * PI * self.strength * radius,
+            CohesionLaw::Jkr => 1.5 * PI * self.strength * radius,
+            CohesionLaw::Sjkr => {
+                let slope = 2.0 * PI * self.strength * radius;
+                slope * slope * slope / (12.0 * modulus * modulus * radius)
             }
         }
     }
@@ -147,7 +164,7 @@ impl Overlap {
 impl ContactModel {
     /// True if bodies that touch pull at each other.
     pub fn is_cohesive(&self) -> bool {
-        self.cohesion != CohesionLaw::None
+        self.cohesion != CohesionLaw::None || self.van_der_waals.is_some()
     }
 
     /// The widest gap (m) over which a body of this radius (m) that has touched another one, or a wall, may hold on to it.

@@ -6,6 +6,7 @@
 //! impact depth  (15 m* v^2 / (16 sqrt(R*) E*))^(2/5)
 //! static depth  (3 F / (4 E* sqrt(R*)))^(2/3)
 //! bound         pi sqrt(m* / k),  k: stiffness of the contact that nothing but cohesion presses together
+//! approach      pi sqrt(m* / k),  k = A R* / (3 z^3): steepest change of the van der Waals force
 //! friction      2 pi sqrt((2/7) m* / (8 G* a)),  a = sqrt(R* d)
 //! Rayleigh      pi r sqrt(rho / G) / (0.1631 nu + 0.8766)
 //! ```
@@ -15,7 +16,7 @@
 
 use super::friction::shear_modulus;
 use super::law::effective_modulus;
-use super::{Cohesion, ContactModel, ElasticLaw, Material};
+use super::{Cohesion, ContactModel, ElasticLaw, Material, VanDerWaals};
 use std::f64::consts::PI;
 
 /// Two equal spheres of one material in contact.
@@ -29,6 +30,7 @@ pub struct SpherePair {
     /// `m*` (kg).
     mass: f64,
     cohesion: Cohesion,
+    van_der_waals: Option<VanDerWaals>,
     /// That of the spheres, or of the first one.
     material: Material,
 }
@@ -45,6 +47,7 @@ impl ContactModel {
             // Depths at rest do not depend on it.
             mass: 0.0,
             cohesion: Cohesion::new(self, a, b),
+            van_der_waals: None,
             material: self.materials[a],
         };
         pair.static_depth(0.0)
@@ -63,11 +66,13 @@ impl SpherePair {
             radius: 0.25 * diameter,
             mass: 0.5 * mass,
             cohesion,
+            van_der_waals: model.van_der_waals,
             material,
         }
     }
 
-    /// Duration (s) of an elastic impact at relative speed `speed` (m/s); that of a [bound](Self::bound_duration) contact, if it is shorter.
+    /// Duration (s) of an elastic impact at relative speed `speed` (m/s); that of a [bound](Self::bound_duration) contact, or of the
+    /// [approach](Self::approach_duration), if it is shorter.
     pub fn duration(&self, speed: f64) -> f64 {
         let impact = match self.law {
             ElasticLaw::OverlapVolume | ElasticLaw::OverlapEnergy | ElasticLaw::Hertz => {
@@ -75,7 +80,18 @@ impl SpherePair {
                 2.868 * libm::pow(scale, 0.2)
             }
         };
-        self.bound_duration().map_or(impact, |bound| impact.min(bound))
+        [self.bound_duration(), self.approach_duration()].into_iter().flatten().fold(impact, f64::min)
+    }
+
+    /// Half a period (s) of a spring as stiff as the van der Waals force is steep at its smallest gap, which spheres cross in about that time; none without.
+    pub fn approach_duration(&self) -> Option<f64> {
+        let law = self.van_der_waals?;
+        Some(PI * (self.mass / law.steepest(self.radius)).sqrt())
+    }
+
+    /// The force (N) that pulls the spheres off each other; 0 without cohesion.
+    pub fn pull_off(&self) -> f64 {
+        self.cohesion.pull_off(self.radius, self.modulus)
     }
 
     /// Half a period (s) of spheres that cohesion holds together, about the depth at which they rest; none without cohesion. However slow an impact is, its
@@ -171,6 +187,7 @@ mod tests {
             radius: 0.75e-3,
             mass: 0.5 * 3300.0 * 1.413_716_7e-8,
             cohesion: Cohesion::default(),
+            van_der_waals: None,
             material: Material { youngs_modulus: 5e3 * stiffer, poisson_ratio: 0.245 },
         }
     }

@@ -375,6 +375,16 @@ impl Action {
     pub fn through(force: Vec3, levers: [Vec3; 2]) -> Self {
         Self { force, torques: [levers[0].cross(&force), levers[1].cross(&-force)] }
     }
+
+    /// Both actions.
+    #[must_use]
+    pub fn plus(mut self, other: &Self) -> Self {
+        self.force += other.force;
+        for (sum, torque) in self.torques.iter_mut().zip(other.torques) {
+            *sum += torque;
+        }
+        self
+    }
 }
 
 /// `E* = [(1 - nu_a^2) / E_a + (1 - nu_b^2) / E_b]^-1` (Pa).

@@ -286,6 +286,7 @@ impl History {
 mod tests {
     use super::*;
     use crate::comm::on_threads;
+    use crate::contact::{ContactModel, FrictionLaw, RollingLaw, TwistingLaw};
 
     /// Two numbers that tell whose they are.
     const WIDTH: usize = 2;
@@ -307,6 +308,22 @@ mod tests {
         let begin = |memory: &mut [f64]| memory.copy_from_slice(&[first as f64, second as f64]);
         let (memory, begun) = history.remember(key(first, second), begin);
         (!begun).then(|| memory.to_vec())
+    }
+
+    #[test]
+    fn a_contact_takes_at_most_96_bytes_with_torques_and_all_frictions_but_that_which_slips_at_its_edge() {
+        for (friction, bytes) in [
+            (FrictionLaw::NassauerKuna, 64),
+            (FrictionLaw::MindlinDisplacement, 96),
+            (FrictionLaw::Mindlin, 96),
+            (FrictionLaw::MindlinDeresiewicz, 152),
+        ] {
+            let (rolling, twisting) = (RollingLaw::ElasticPlastic, TwistingLaw::Marshall);
+            let memory = ContactModel { friction, rolling, twisting, ..ContactModel::default() }.memory();
+            let mut records = Records::new(memory);
+            records.push(key(1, 2), &vec![0.0; memory]);
+            assert_eq!(records.bytes().len(), bytes, "{friction:?}");
+        }
     }
 
     #[test]

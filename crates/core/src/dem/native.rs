@@ -46,6 +46,8 @@ mod parts_tests;
 #[cfg(test)]
 mod population_tests;
 #[cfg(test)]
+mod pull_tests;
+#[cfg(test)]
 mod rest_tests;
 #[cfg(test)]
 mod saved_tests;

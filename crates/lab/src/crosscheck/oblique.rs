@@ -23,6 +23,10 @@ const CONSERVED: Limit =
 const RIGID: Limit =
     (1e-4, "over the speed of approach: the spheres turn by an angle of d_max / 2R, 5e-5 here");
 const STICKING: Limit = (1e-12, "over the speed of approach, worst of both spheres: the same law, rounding");
+const ADHESIVE: Limit = (
+    1e-9,
+    "over the speed of approach, worst of both spheres: rounding, also of the roots for the disc of a neck",
+);
 const UNTOUCHED: Limit = (1e-12, "relative: nothing resists the turning about the normal in either engine");
 
 /// Coefficient of rolling friction (-) where a law reads it.
@@ -40,14 +44,14 @@ struct Throw {
     friction: f64,
     restitution: f64,
     rolling: RollingLaw,
-    /// Density of the energy of cohesion over Young's modulus (-).
-    cohesion: f64,
+    /// Law of cohesion, and the density of its energy over Young's modulus (-) or the work of adhesion (J/m^2).
+    cohesion: (CohesionLaw, f64),
 }
 
 impl Throw {
     fn plane(what: &'static str, velocity: [f64; 2], friction: f64) -> Self {
         let (normal, across, spins) = (Vec3::x(), Vec3::y(), [Vec3::zeros(); 2]);
-        let (restitution, rolling, cohesion) = (1.0, RollingLaw::None, 0.0);
+        let (restitution, rolling, cohesion) = (1.0, RollingLaw::None, (CohesionLaw::None, 0.0));
         Self { what, normal, across, velocity, spins, friction, restitution, rolling, cohesion }
     }
 
@@ -56,8 +60,10 @@ impl Throw {
         if let Some(contact) = &mut system.contact {
             contact.rolling = self.rolling;
             contact.pairs[0].rolling_friction = ROLLING;
-            contact.pairs[0].cohesion_density = self.cohesion * GLASS.youngs_modulus;
-            contact.cohesion = if self.cohesion > 0.0 { CohesionLaw::Sjkr } else { CohesionLaw::None };
+            let (law, strength) = self.cohesion;
+            contact.cohesion = law;
+            contact.pairs[0].cohesion_density = strength * GLASS.youngs_modulus;
+            contact.pairs[0].work_of_adhesion = strength;
         }
         let at = Vec3::repeat(5e-3);
         let velocity = self.normal * self.velocity[0] + self.across * self.velocity[1];
@@ -207,7 +213,7 @@ pub(super) fn sliding(against: &Against, findings: &mut Findings) -> Result<()> 
     Ok(())
 }
 
-/// Angles at which surfaces stick for all or part of the impact; and resistance to rolling and cohesion, of which programs are told nothing.
+/// Angles at which surfaces stick for all or part of the impact; and resistance to rolling and cohesion, which an engine may have.
 pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()> {
     let throw = |what, degrees: f64, restitution, rolling| {
         let plane = Throw::plane(what, [1.0, degrees.to_radians().tan()], 0.3);
@@ -229,7 +235,10 @@ pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()>
         }
         // A tenth of the largest elastic force.
         let cohesive = throw("15 degrees, cohesion by density", 15.0, 0.8, RollingLaw::None);
-        throws.push(Throw { cohesion: 0.002, ..cohesive });
+        throws.push(Throw { cohesion: (CohesionLaw::Sjkr, 0.002), ..cohesive });
+    }
+    if against.name.id == "lammps" {
+        adhesive(against, findings)?;
     }
     for (n, throw) in throws.into_iter().enumerate() {
         let Outcome { tracks, .. } = throw.run(&format!("sticking-{n}"), against)?;
@@ -242,6 +251,23 @@ pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()>
         let [native, other] = ends.map(|ends| Some(ends[1][2].z));
         let quantity = format!("spins after, {setting}; shown: of the second (1/s)");
         findings.given(quantity, [native, other, None], apart(2) * RADIUS, STICKING);
+    }
+    Ok(())
+}
+
+/// Head-on impacts of spheres with the adhesion of LAMMPS, whose necks take a fifteenth of the energy, and which part.
+fn adhesive(against: &Against, findings: &mut Findings) -> Result<()> {
+    for (law, label) in [(CohesionLaw::Dmt, "dmt"), (CohesionLaw::Jkr, "jkr")] {
+        for restitution in [1.0, 0.8] {
+            let throw = Throw::plane("head-on", [1.0, 0.0], 0.0);
+            let throw = Throw { restitution, cohesion: (law, 100.0), ..throw };
+            let Outcome { tracks, .. } = throw.run(&format!("adhesive-{label}-{restitution}"), against)?;
+            let ends = tracks.each_ref().map(|track| [0, 1].map(|id| track.last()[id].velocity()));
+            let apart = worst([0, 1].map(|id| (ends[0][id] - ends[1][id]).norm()));
+            let [native, other] = ends.map(|ends| Some(ends[1].x - ends[0].x));
+            let quantity = format!("head-on impact, {label}, e {restitution}; shown: speed of parting (m/s)");
+            findings.given(quantity, [native, other, None], apart, ADHESIVE);
+        }
     }
     Ok(())
 }

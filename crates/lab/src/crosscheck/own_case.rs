@@ -8,9 +8,10 @@
 
 mod nearby;
 
+use super::against::LIGGGHTS;
 use super::pair::{PARTED, Pair, QUANTITIES, Recording};
 use super::prelude::*;
-use crate::checks::aligned;
+use crate::checks::{EngineName, aligned};
 use std::fmt::Write as _;
 use turbid::output::numbers::small;
 
@@ -73,7 +74,7 @@ pub fn run(setup: &Setup, time: Option<f64>, against: &Against) -> Result<(Findi
         pair.report_begun(&mut findings);
     }
     let same = nearby::verdict(setup, steps, recorded.as_ref(), against, &mut findings)?;
-    let text = parting(setup, &pair) + &same + &notes(setup, &pair, against.name.label);
+    let text = parting(setup, &pair) + &same + &notes(setup, &pair, against.name);
     Ok((against.judged(ID, findings), text))
 }
 
@@ -118,8 +119,8 @@ fn parting(setup: &Setup, pair: &Pair) -> String {
 }
 
 /// Failures, first contacts, and differences of the laws, a line each.
-fn notes(setup: &Setup, pair: &Pair, other_name: &str) -> String {
-    let mut text = String::new();
+fn notes(setup: &Setup, pair: &Pair, other: EngineName) -> String {
+    let (mut text, other_name) = (String::new(), other.label);
     for (engine, error) in &pair.failures {
         let engine = ["the native engine", other_name][*engine];
         let _ = writeln!(text, "  {engine} does not come to the end: {error}");
@@ -134,10 +135,14 @@ fn notes(setup: &Setup, pair: &Pair, other_name: &str) -> String {
     let Some(contact) = &setup.contact else { return text };
     let damped = contact.pairs.iter().any(|params| params.restitution < 1.0);
     let rough = contact.pairs.iter().any(|params| params.friction_static > 0.0);
+    let rubs = match other == LIGGGHTS {
+        true => (contact.friction != FrictionLaw::MindlinDisplacement, "contact.friction=mindlin_displacement"),
+        false => (true, "contact.friction_static=0"),
+    };
     for (differs, law, remedy) in [
         (contact.law != ElasticLaw::Hertz, "elasticity", "contact.law=hertz"),
         (damped && contact.damping != DampingLaw::Tsuji, "damping", "contact.damping=tsuji"),
-        (rough, "friction", "contact.friction_static=0"),
+        (rough && rubs.0, "friction", rubs.1),
     ] {
         if differs {
             let _ =

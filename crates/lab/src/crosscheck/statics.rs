@@ -1,6 +1,5 @@
 //! The force at rest: pairs of spheres, spheres and a wall.
 
-use super::against::LIGGGHTS;
 use super::prelude::*;
 use super::theory::{cap_ratio, lens_ratio};
 use std::f64::consts::PI;
@@ -26,8 +25,14 @@ const COHESIVE: Limit = (
 );
 const PAIRWISE: Limit = (1e-15, "relative to the force: the forces are equal and opposite");
 
-/// Density of the energy of cohesion by pair of materials (J/m^3).
-const COHESION: [f64; 4] = [1e6, 3e5, 3e5, 1e5];
+const ADHESIVE: Limit = (
+    1e-9,
+    "over the sum of Hertz's force and the pull-off force, d/R from 1e-6: rounding, also of the roots for the disc in which spheres meet",
+);
+
+/// Density of the energy of cohesion (J/m^3), and work of adhesion (J/m^2), by pair of materials.
+const DENSITY: [f64; 4] = [1e6, 3e5, 3e5, 1e5];
+const ADHESION: [f64; 4] = [20.0, 5.0, 5.0, 1.0];
 
 /// Depths over the radius below which the area of a sphere at a wall, a difference of squares in LIGGGHTS, has lost its digits.
 const CANCELLED: f64 = 0.99e-6;
@@ -123,37 +128,45 @@ fn pressed(name: String, contacts: &[Contact], laws: Laws) -> Setup {
     system
 }
 
-/// Force at rest with cohesion by the area of the overlap, of which programs are told nothing.
+/// Force at rest with the laws of cohesion that the engines have in common.
 fn cohesive(name: &str, contacts: &[Contact], against: &Against, findings: &mut Findings) -> Result<()> {
-    if against.name != LIGGGHTS {
-        return Ok(());
-    }
-    let mut system = pressed(format!("{name}-cohesive"), contacts, SAME);
-    if let Some(model) = &mut system.contact {
-        model.cohesion = CohesionLaw::Sjkr;
-        for (pair, density) in model.pairs.iter_mut().zip(COHESION) {
-            pair.cohesion_density = density;
-        }
-    }
-    let tracks = record(&system, against, STEP, 1)?;
-    let mut id = 0;
-    for contact in contacts {
-        let (hertz, _) = contact.theory();
-        let density =
-            COHESION[contact.sphere[1] * MATERIALS.len() + contact.other.map_or(0, |[_, other]| other)];
-        let (mut apart, mut last) = (Vec::new(), [None; 3]);
-        for depth in depths() {
-            let (stored, towards) = contact.depth(&system, id);
-            let forces = tracks.each_ref().map(|track| -track.resting_force(id).dot(&towards));
-            if depth > CANCELLED {
-                let pull = density * 2.0 * PI * hertz.radius * stored;
-                apart.push((forces[0] - forces[1]).abs() / (hertz.force(stored) + pull));
+    let laws: &[(CohesionLaw, &str)] = match against.name.id {
+        "liggghts" => &[(CohesionLaw::Sjkr, "cohesion")],
+        "lammps" => &[(CohesionLaw::Dmt, "dmt"), (CohesionLaw::Jkr, "jkr")],
+        _ => &[],
+    };
+    for &(law, label) in laws {
+        let mut system = pressed(format!("{name}-{label}"), contacts, SAME);
+        if let Some(model) = &mut system.contact {
+            model.cohesion = law;
+            for ((pair, density), adhesion) in model.pairs.iter_mut().zip(DENSITY).zip(ADHESION) {
+                (pair.cohesion_density, pair.work_of_adhesion) = (density, adhesion);
             }
-            last = [Some(forces[0]), Some(forces[1]), None];
-            id += 1 + usize::from(contact.other.is_some());
         }
-        let quantity = format!("force with cohesion, d/R = 0.1, {} (N)", contact.what);
-        findings.given(quantity, last, worst(apart), COHESIVE);
+        let tracks = record(&system, against, STEP, 1)?;
+        let mut id = 0;
+        for contact in contacts {
+            let (hertz, _) = contact.theory();
+            let pair = contact.sphere[1] * MATERIALS.len() + contact.other.map_or(0, |[_, other]| other);
+            let (mut apart, mut last) = (Vec::new(), [None; 3]);
+            for depth in depths() {
+                let (stored, towards) = contact.depth(&system, id);
+                let forces = tracks.each_ref().map(|track| -track.resting_force(id).dot(&towards));
+                if depth > CANCELLED {
+                    let pull = match law {
+                        CohesionLaw::Sjkr => DENSITY[pair] * stored,
+                        _ => ADHESION[pair],
+                    };
+                    let size = hertz.force(stored) + 2.0 * PI * hertz.radius * pull;
+                    apart.push((forces[0] - forces[1]).abs() / size);
+                }
+                last = [Some(forces[0]), Some(forces[1]), None];
+                id += 1 + usize::from(contact.other.is_some());
+            }
+            let quantity = format!("force with {label}, d/R = 0.1, {} (N)", contact.what);
+            let limit = if law == CohesionLaw::Sjkr { COHESIVE } else { ADHESIVE };
+            findings.given(quantity, last, worst(apart), limit);
+        }
     }
     Ok(())
 }

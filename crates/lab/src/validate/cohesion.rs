@@ -8,10 +8,11 @@ const PULL: &str = include_str!("../../../../validation/cohesion/pull.toml");
 const STICK: &str = include_str!("../../../../validation/cohesion/stick.toml");
 const CYCLE: &str = include_str!("../../../../validation/cohesion/cycle.toml");
 const IMPACT: &str = include_str!("../../../../validation/cohesion/impact.toml");
+const GAP: &str = include_str!("../../../../validation/cohesion/gap.toml");
 
 pub(super) const CASE: Case = Case {
     name: "cohesion",
-    question: "cohesion of spheres: pull-off force, weight that a plate lifts, depth at rest, energy of parting",
+    question: "cohesion of spheres: pull-off force, weight that a plate lifts, depth at rest, energy of parting, approach by van der Waals forces",
     source: DMT,
     parts: &[
         Part::quick(1.0, pull),
@@ -19,12 +20,14 @@ pub(super) const CASE: Case = Case {
         Part::quick(1.0, stick),
         Part::quick(1.0, cycle),
         Part::quick(1.0, impact),
+        Part::quick(1.0, approach),
     ],
 };
 
 const DMT: &str = "2 pi w R*, Derjaguin, Muller and Toporov (1975), doi:10.1016/0021-9797(75)90018-1";
 const JKR: &str = "Johnson, Kendall and Roberts (1971), doi:10.1098/rspa.1971.0141";
 const NING: &str = "JKR: Thornton and Ning (1998), doi:10.1016/S0032-5910(98)00099-0";
+const HAMAKER: &str = "work of A R* / (6 h^2): Hamaker (1937), doi:10.1016/S0031-8914(37)80203-7";
 const LAWS: [&str; 2] = ["overlap_volume", "hertz"];
 const RADIUS: f64 = 1e-3;
 /// Work of adhesion (J/m^2) and density of the energy of cohesion (J/m^3) of the cases.
@@ -32,6 +35,8 @@ const WORK: f64 = 0.05;
 const DENSITY: f64 = 3e4;
 /// Of the pull-off force and of the depth at rest, as a part.
 const TOLERANCE: f64 = 5e-3;
+/// Of the speed at which spheres meet, as a part.
+const APPROACH: f64 = 0.01;
 /// Of the height of a lifted sphere over that of the plate (-).
 const HEIGHT: f64 = 0.02;
 
@@ -203,5 +208,43 @@ fn impact(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         let (speed, theory) = (sphere.velocity().z, (1.0 - (slowest / before).powi(2)).sqrt());
         found.relative(quantity, -speed / before, theory, TOLERANCE).source(NING);
     }
+    Ok(())
+}
+
+/// Speed with which spheres that the van der Waals force draws over a gap touch a sphere and a wall, and the force that holds them there.
+fn approach(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let setup = context.setup(GAP, CASE.name, &[])?;
+    let mut run = Simulation::solo(&setup)?;
+    let (radius, start, mass) = (5e-6, 20e-9, setup.templates[0].mass());
+    let start_height = run.particles()[3].position();
+    let mut speeds = [None; 2];
+    for _ in 0..setup.plan.end_step {
+        run.advance(1)?;
+        let [left, right, lower, _] = run.particles() else { return Err(unsteady("spheres", 0.0)) };
+        let gap = (right.position() - left.position()).norm() - 2.0 * radius;
+        if gap <= 0.0 {
+            speeds[0].get_or_insert(left.velocity().x - right.velocity().x);
+        }
+        if lower.position().z <= radius {
+            speeds[1].get_or_insert(-lower.velocity().z);
+        }
+        if speeds.iter().all(Option::is_some) {
+            break;
+        }
+    }
+    let [constant, least] = [1e-19, 1e-9];
+    for (what, speed, [reduced, moved]) in [
+        ("two spheres", speeds[0], [0.5 * radius, 0.5 * mass]),
+        ("a sphere and a wall", speeds[1], [radius, mass]),
+    ] {
+        // From the start to the smallest gap, and on to contact under the force there.
+        let work = constant * reduced / 6.0 * (1.0 / least - 1.0 / start + 1.0 / least);
+        let quantity = format!("speed at which {what} meet, drawn from a gap of 20 nm (m/s)");
+        found
+            .relative(quantity, speed.unwrap_or(f64::NAN), (2.0 * work / moved).sqrt(), APPROACH)
+            .source(HAMAKER);
+    }
+    let moved = (run.particles()[3].position() - start_height).norm();
+    found.absolute("way of a sphere beyond the cut-off (m)", moved, 0.0, 0.0);
     Ok(())
 }

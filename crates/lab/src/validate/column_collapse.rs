@@ -42,7 +42,9 @@ fn law(aspect: f64) -> [f64; 2] {
 
 /// The heap that a column leaves, after these changes to the case.
 fn heap(context: &SuiteContext, aspect: f64, grains: u32, own: &[String]) -> Result<Heap> {
-    let mut column = Column { diameter: 2e-3, grains, aspect, box_length: 0.0, spacing: 1.06, turned: false };
+    let sizes =
+        Column { diameter: 2e-3, grains, aspect, box_length: 0.0, spacing: 1.06, turned: false, start: 0 };
+    let mut column = sizes;
     column.box_length = column.length() * (2.0 + 2.0 * law(aspect)[0]) + 20.0;
     // The gate is gone after 0.45 s (s); then five times the fall of the column, sqrt(2 H / g) with H in grains of 2 mm.
     let time = 0.45 + 0.07 * (aspect * column.length()).sqrt();

@@ -23,6 +23,8 @@ pub(super) struct Column {
     pub(super) spacing: f64,
     /// True for grains that start in orientations of all kinds.
     pub(super) turned: bool,
+    /// Number of the start: another one has other positions and orientations.
+    pub(super) start: u32,
 }
 
 /// Width of the periodic box (diameters).
@@ -53,13 +55,13 @@ impl Column {
             let at = [n % layer / across as u32, n % across as u32, n / layer];
             let mut grain = [0.0; 3];
             for (axis, x) in grain.iter_mut().enumerate() {
-                let jitter = 0.05 * (spread(n, axis) - 0.5);
+                let jitter = 0.05 * (self.spread(n, axis) - 0.5);
                 *x = d * ((f64::from(at[axis]) + 0.5) * pitch[axis] + jitter);
             }
             let [x, y, z] = grain;
             let position = format!("[{x:.9e}, {y:.9e}, {z:.9e}]");
             let _ = if self.turned {
-                let [a, b, c, angle] = [3, 4, 5, 6].map(|at| spread(n, at) - 0.5);
+                let [a, b, c, angle] = [3, 4, 5, 6].map(|at| self.spread(n, at) - 0.5);
                 write!(
                     list,
                     "{{ position = {position}, orientation = {{ axis = [{a:.6}, {b:.6}, {c:.6}], angle = {:.6} }} }},",
@@ -93,21 +95,22 @@ impl Column {
         })?;
         Ok(Heap { grains: rows, length: self.length() })
     }
-}
 
-/// Number from 0 to 1 of a grain, evenly spread over the grains.
-fn spread(grain: u32, axis: usize) -> f64 {
-    // Fractional parts of square roots of primes.
-    const STEP: [f64; 7] = [
-        0.414_213_562,
-        0.732_050_808,
-        0.236_067_977,
-        0.645_751_311,
-        0.316_624_790,
-        0.605_551_275,
-        0.123_105_626,
-    ];
-    ((f64::from(grain) + 1.0) * STEP[axis]).fract()
+    /// Number from 0 to 1 of a grain, evenly spread over the grains.
+    fn spread(&self, grain: u32, axis: usize) -> f64 {
+        // Fractional parts of square roots of primes.
+        const STEP: [f64; 7] = [
+            0.414_213_562,
+            0.732_050_808,
+            0.236_067_977,
+            0.645_751_311,
+            0.316_624_790,
+            0.605_551_275,
+            0.123_105_626,
+        ];
+        let number = grain + self.start * self.grains;
+        ((f64::from(number) + 1.0) * STEP[axis]).fract()
+    }
 }
 
 /// Grains that have come to rest; lengths in diameters.

@@ -4,6 +4,7 @@ use crate::cli::terminal::{Row, row};
 use std::ops::RangeInclusive;
 use turbid::case::{Impact, Setup};
 use turbid::contact::{ContactModel, SpherePair};
+use turbid::output::numbers::small;
 
 /// Most sub-steps that are suggested to anybody.
 const MOST_SUBSTEPS: f64 = 1000.0;
@@ -71,12 +72,28 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
         let remark = format!("{}{}, one {weight}{cohesion}", cells(depth), kind(setup, template));
         rows.push(row("overlap, at rest", percent(part), remark));
     }
+    rows.extend(pull_off_row(setup, weight));
     rows.extend(step_rows(setup, contact));
     rows.extend(restitution_rows(contact));
     rows
 }
 
-/// Steps in a period of the spring of friction, in the time that cohesion takes to draw bodies together, and in the wave of Rayleigh: of the particles for which
+/// The force that pulls two particles off each other, of those for which it is largest beside their weight.
+fn pull_off_row(setup: &Setup, weight: &str) -> Option<Row> {
+    let of = |template: usize| Some((template, setup.spheres(template)?.pull_off(), setup.weight(template)));
+    let forces = setup.movable().into_iter().filter_map(of).filter(|(_, force, _)| *force > 0.0);
+    let (template, force, own) = forces.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
+    let kind = kind(setup, template);
+    let times =
+        if own > 0.0 { format!(", {} times the {weight} of one", small(force / own)) } else { String::new() };
+    Some(row(
+        "pull-off force",
+        format!("{force:.2e} N"),
+        format!("of two equal particles{kind}, as spheres{times}"),
+    ))
+}
+
+/// Steps in a period of the spring of friction, in the time that cohesion takes to draw bodies together, in the approach by van der Waals forces, and in the wave of Rayleigh: of the particles for which
 /// each is shortest.
 fn step_rows(setup: &Setup, contact: &ContactModel) -> Vec<Row> {
     let step = setup.time_step / f64::from(setup.substeps);
@@ -105,6 +122,12 @@ fn step_rows(setup: &Setup, contact: &ContactModel) -> Vec<Row> {
         let remark =
             format!("steps of the particles{kind}, half a swing of two that cohesion holds together");
         rows.push(row("cohesion holds", format!("{steps:.0}"), remark));
+    }
+    if let Some((kind, steps)) = shortest(&|_, spheres| spheres.approach_duration()) {
+        let remark = format!(
+            "steps of the particles{kind}, pi sqrt(m / k) with the steepest change of the force; {LEAST_SWING} at least"
+        );
+        rows.push(row("van der Waals", format!("{steps:.0}"), remark));
     }
     if contact.friction.has_spring()
         && let Some((kind, steps)) = shortest(&sliding)

@@ -202,3 +202,57 @@ fn a_dashpot_is_beside_the_spring_but_both_together_never_exceed_coulombs_force(
     let held = held(&damped, depth, &fast, &mut [0.0; 4]).y;
     assert!((held / normal + 0.5).abs() < 1e-12, "{held}");
 }
+
+/// Way (m) in each of some cycles in which the depth swings by a part about its mean, of a contact under a constant force (N) along its surface.
+fn creep(friction: FrictionLaw, (mean, part): (f64, f64), load: f64, cycles: usize) -> Vec<f64> {
+    let (law, mut memory) = (law(friction, 1.0), [0.0; 11]);
+    let steps = 2000;
+    let mut depth = mean;
+    // The way at which the spring bears the load: by the secant of a spring of the present stiffness.
+    let settle = |depth: f64, memory: &mut [f64]| {
+        let mut way = 0.0;
+        let [_, k] = stiffness(depth);
+        held(&law, depth, &slide(Vec3::zeros()), memory);
+        for _ in 0..40 {
+            let next = (load + held(&law, depth, &slide(Vec3::zeros()), memory).y) / k;
+            held(&law, depth, &slide(Vec3::y() * next), memory);
+            way += next;
+        }
+        way
+    };
+    settle(depth, &mut memory);
+    (0..cycles)
+        .map(|_| {
+            (0..steps)
+                .map(|step| {
+                    let turn = 2.0 * PI * f64::from(step + 1) / f64::from(steps);
+                    depth = mean * (1.0 + part * turn.sin());
+                    settle(depth, &mut memory)
+                })
+                .sum()
+        })
+        .collect()
+}
+
+#[test]
+fn a_loaded_contact_creeps_in_each_cycle_of_its_normal_force_unless_it_slips_at_its_edge() {
+    let (depth, part) = (1e-6, 0.1);
+    let [normal, k] = stiffness(depth);
+    // Half of what makes it slide.
+    let load = 0.5 * 0.3 * normal;
+    let ways = creep(FrictionLaw::Mindlin, (depth, part), load, 3);
+    // Each unloading takes its part of the force: T / (8 G*) (1 / a_least - 1 / a_largest).
+    let [low, high] = [1.0 - part, 1.0 + part].map(|at: f64| 1.0 / at.sqrt());
+    let expected = load / k * (low - high);
+    println!(
+        "per cycle: {:.4e} m, expected {expected:.4e} m, {:.4} of mu N / k",
+        ways[1],
+        expected * k / (0.3 * normal)
+    );
+    for way in &ways[1..] {
+        assert!((way / expected - 1.0).abs() < 0.01);
+    }
+    let ways = creep(FrictionLaw::MindlinDeresiewicz, (depth, part), load, 3);
+    println!("with slip at the edge: {:.2e} m", ways[2]);
+    assert!(ways[2].abs() < 0.02 * expected, "{ways:?}");
+}

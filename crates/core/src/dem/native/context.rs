@@ -6,6 +6,7 @@ use super::films::{Acting, Films};
 use super::forces::{ContactForces, ContactInput, PairEntry};
 use super::order::{IdOrder, PartIndex};
 use super::velocities::KnownVelocities;
+use crate::contact::law::Action;
 use crate::contact::{
     Body, CohesionLaw, ContactModel, GrownShape, Overlap, PairLaw, PairProperties, RelativeMotion,
     overlap_again, overlap_wall,
@@ -125,6 +126,30 @@ fn wall_neck(part: &PartConstants, (distance, normal): (f64, Vec3), law: &PairLa
     let radius = part.shape.sphere().filter(|_| law.cohesion.has_neck())?;
     let depth = radius - distance;
     (depth >= -law.cohesion.stretch(radius)).then(|| Overlap::neck(normal * distance, normal, depth))
+}
+
+/// The van der Waals pull of two spheres with these radii (m), that of a wall infinite, whose surfaces are a gap (m) apart along a normal, beside the film
+/// there; `arms` (m) lead from the centres of the bodies to those of the spheres.
+fn with_pull(
+    film: Option<Acting>,
+    model: &ContactModel,
+    radii: [Option<f64>; 2],
+    arms: [Option<Vec3>; 2],
+    gap: impl FnOnce(f64) -> (Vec3, f64),
+) -> Option<Acting> {
+    let (Some(law), [Some(a), Some(b)]) = (&model.van_der_waals, radii) else { return film };
+    let (normal, width) = gap(a + b);
+    let pull = law.pull(width, a / (1.0 + a / b));
+    if pull <= 0.0 {
+        return film;
+    }
+    // Through both centres, so that it turns spheres about nothing but the centre of a body of several.
+    let ([arm, its], force) = (arms.map(Option::unwrap_or_default), normal * pull);
+    let action = Action { force, torques: [arm.cross(&force), its.cross(&-force)] };
+    Some(match film {
+        Some(film) => Acting { action: film.action.plus(&action), ..film },
+        None => Acting { action, normal, lever: arm + normal * (a + 0.5 * width) },
+    })
 }
 
 /// Masses (kg) of the two bodies of a contact: infinite, and second, where forces do not move the centre of one of them.
@@ -258,7 +283,11 @@ impl ContactContext {
                 })
             };
             let Some(overlap) = overlap else {
-                if let Some(Acting { action, normal, lever }) = film {
+                let distance = offset.norm();
+                let gap = |radii: f64| (offset / distance, distance - radii);
+                let radii = [one, other].map(|part| part.shape.sphere().filter(|_| !held));
+                let acting = with_pull(film, model, radii, [one.arm(a), other.arm(b)], gap);
+                if let Some(Acting { action, normal, lever }) = acting {
                     let point = domain.wrap(a.position() + lever);
                     forces.add(&PairEntry::apart(key, touched, (point, normal), action), near, store);
                 }
@@ -351,7 +380,10 @@ impl ContactContext {
                     })
                     .filter(|_| !constants.motion.is_complete());
                 let Some(overlap) = overlap else {
-                    if let Some(Acting { action, normal, lever }) = film {
+                    let radius = of_part.shape.sphere().filter(|_| !constants.motion.is_complete());
+                    let gap = |_| (-surface.normal(centre), distance - radius.unwrap_or_default());
+                    let acting = with_pull(film, model, [radius, Some(f64::INFINITY)], [arm, None], gap);
+                    if let Some(Acting { action, normal, lever }) = acting {
                         let point = domain.wrap(particle.position() + lever);
                         forces.add(&PairEntry::apart(key, touched, (point, normal), action), near, store);
                     }

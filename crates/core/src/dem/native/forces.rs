@@ -62,7 +62,7 @@ pub(super) struct PairEntry {
 }
 
 impl PairEntry {
-    /// Two bodies with a film but no contact.
+    /// Two bodies that act on each other over a gap.
     pub(super) fn apart(
         key: ContactKey,
         indices: [Option<usize>; 2],
@@ -75,10 +75,7 @@ impl PairEntry {
     /// Adds what the film does.
     #[must_use]
     pub(super) fn with(mut self, film: &Action) -> Self {
-        self.action.force += film.force;
-        for (sum, torque) in self.action.torques.iter_mut().zip(film.torques) {
-            *sum += torque;
-        }
+        self.action = self.action.plus(film);
         self
     }
 }

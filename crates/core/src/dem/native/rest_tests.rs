@@ -112,3 +112,54 @@ fn a_body_in_equilibrium_stays_at_rest_also_if_nothing_damps_it() {
         }
     }
 }
+
+#[test]
+fn a_cube_that_rocks_on_its_face_keeps_three_quarters_of_its_energy_where_bouncing_ends() {
+    let pair = PairParams { restitution: 0.5, ..MATERIAL.pair };
+    for damping in [DampingLaw::HuntCrossley, DampingLaw::Tsuji] {
+        let contact = ContactParams { pair, damping, ..MATERIAL };
+        let dt = 1e-6;
+        let law = PairLaw::new(&contact.into(), 0, 0);
+        let mass = cubes(EDGE)[0].mass();
+        let depth = static_depth(&law, false, mass * 9.81, 0.0, mass, dt);
+        let at = Vec3::new(3.1e-3, 4.2e-3, 0.5 * EDGE - depth);
+        let mut energies = Vec::new();
+        for rocks in [false, true] {
+            let mut cube = Particle::at(0, 0, at);
+            // So slow that the whole face stays in contact.
+            let speed = 0.1 * depth * (9.81_f64 / depth).sqrt();
+            if rocks {
+                cube.angular_velocity = [speed / (0.5 * EDGE), 0.0, 0.0];
+            } else {
+                cube.velocity = [0.0, 0.0, speed];
+            }
+            let mut engine = alone(TANK, contact.into(), vec![floor()], GRAVITY, cubes(EDGE), &[cube]);
+            let period = std::f64::consts::TAU * (depth / 9.81).sqrt();
+            let steps = (period / dt).ceil() as usize;
+            let mut peak = |engine: &mut Native| {
+                (0..steps)
+                    .map(|_| {
+                        run(engine, 1, dt);
+                        let body = &engine.particles().particles[0];
+                        if rocks {
+                            body.angular_velocity().x.abs() * 0.5 * EDGE
+                        } else {
+                            body.velocity().z.abs()
+                        }
+                    })
+                    .fold(0.0, f64::max)
+            };
+            let first = peak(&mut engine);
+            for _ in 0..8 {
+                peak(&mut engine);
+            }
+            let last = peak(&mut engine);
+            println!(
+                "{damping:?}, rocks {rocks}: {first:.3e} m/s at first, {last:.3e} nine periods of {period:.2e} s later"
+            );
+            energies.push((last / first).powi(2));
+        }
+        println!("energy left: {energies:.3?}");
+        assert!(energies[0] < 1e-9 && (0.7..0.8).contains(&energies[1]), "{energies:?}");
+    }
+}

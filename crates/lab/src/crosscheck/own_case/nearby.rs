@@ -1,6 +1,7 @@
 //! Verdict on both engines under the same laws, as long as nearby trajectories stay together.
 //!
-//! Both engines run the case with Hertz's force, the damping of Tsuji et al. (1992) and without friction, the laws that they have in common.
+//! Both engines run the case with the laws that they have in common: Hertz's force, the damping of Tsuji et al. (1992), and friction with memory of one coefficient
+//! (`mindlin_displacement`) for LIGGGHTS, none for others.
 //! They then differ by rounding, which contacts multiply, for the engines as for two runs of the native one whose particles are 1e-9 `D`
 //! apart at the start. With the largest distance `d(t)` of these so far (diameters)
 //!
@@ -11,6 +12,7 @@
 //! Rounding is 1e-14 `D`; LIGGGHTS was within 0.001 d(t). Later nothing is compared: the linear growth has ended, and any two runs part.
 //! Velocities are not judged: during contact those of one engine are of another moment of the step.
 
+use super::super::against::LIGGGHTS;
 use super::super::pair::{PARTED, Pair, QUANTITIES, Recording};
 use super::super::prelude::*;
 use super::COMPLETE;
@@ -33,18 +35,21 @@ pub(super) fn verdict(
     against: &Against,
     findings: &mut Findings,
 ) -> Result<String> {
-    let mut same = setup.clone();
+    let (mut same, rubs) = (setup.clone(), against.name == LIGGGHTS);
     if let Some(contact) = &mut same.contact {
         (contact.law, contact.damping, contact.friction) = SAME;
         for params in &mut contact.pairs {
-            (params.friction_static, params.friction_kinetic) = (0.0, 0.0);
+            // LIGGGHTS has the kinetic one where there is static friction.
+            let same = if rubs && params.friction_static > 0.0 { params.friction_kinetic } else { 0.0 };
+            (params.friction_static, params.friction_kinetic) = (same, same);
         }
     }
     let engines = Pair::start(&same, "own_case_same_laws", against)?;
     let near = Pair::new(&same, [native(&same)?, native(&shifted(&same, NEARBY))?]);
     let (compared, end) = compare([engines, near], steps, recorded, against.other_contacts(setup), findings);
     let [time, whole] = [compared, steps].map(|steps| steps as f64 * setup.time_step);
-    Ok(format!("  same laws (hertz, tsuji, no friction): compared {end}, {time:.6e} s of {whole:.6e} s\n"))
+    let friction = if rubs { "mindlin_displacement" } else { "no friction" };
+    Ok(format!("  same laws (hertz, tsuji, {friction}): compared {end}, {time:.6e} s of {whole:.6e} s\n"))
 }
 
 /// Compares two engines while nearby trajectories stay together, and at most up to the first contact if there is a reason to; returns the
