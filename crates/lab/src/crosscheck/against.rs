@@ -124,7 +124,7 @@ impl Against {
 
     /// The engine with a system at its start.
     pub(super) fn engine(&self, system: &Setup) -> Result<Box<dyn DemEngine>> {
-        let mut system = with_usual_laws(system);
+        let mut system = self.with_usual_laws(system);
         match (&self.program, &system.engine) {
             (Some(program), _) => system.engine = EngineChoice::Process(program.clone()),
             (None, EngineChoice::Liggghts(_)) => {}
@@ -142,7 +142,7 @@ impl Against {
         let unsupported = Error::Unsupported { engine: "other", what };
         let Some(program) = &self.program else { return Err(unsupported) };
         let params = ExternalParams {
-            contact: with_usual_laws(system).contact,
+            contact: self.with_usual_laws(system).contact,
             walls: system.walls.clone(),
             substeps: system.substeps,
             ..program.params(self.log(system), Arc::default())
@@ -150,6 +150,17 @@ impl Against {
         let (whole, templates) = (Decomposition::solo(system.domain), system.templates.clone());
         let engine = External::new(params, whole, &Comm::Solo, templates, &system.particles)?;
         if engine.measures_overlaps() { Ok(Box::new(engine)) } else { Err(unsupported) }
+    }
+
+    /// A system with the laws that most engines have; LAMMPS has another friction, too.
+    fn with_usual_laws(&self, system: &Setup) -> Setup {
+        let mut system = system.clone();
+        if let Some(contact) = &mut system.contact {
+            let own = (SAME.0, SAME.1, FrictionLaw::Mindlin);
+            let has_own = self.name.id == "lammps" && (contact.law, contact.damping, contact.friction) == own;
+            (contact.law, contact.damping, contact.friction) = if has_own { own } else { SAME };
+        }
+        system
     }
 
     fn log(&self, system: &Setup) -> Option<PathBuf> {
@@ -189,15 +200,6 @@ impl Against {
         }
         found
     }
-}
-
-/// A system with the laws that most engines have.
-fn with_usual_laws(system: &Setup) -> Setup {
-    let mut system = system.clone();
-    if let Some(contact) = &mut system.contact {
-        (contact.law, contact.damping, contact.friction) = SAME;
-    }
-    system
 }
 
 impl Context for Against {

@@ -119,8 +119,8 @@ fn parting(setup: &Setup, pair: &Pair) -> String {
 }
 
 /// Failures, first contacts, and differences of the laws, a line each.
-fn notes(setup: &Setup, pair: &Pair, other: EngineName) -> String {
-    let (mut text, other_name) = (String::new(), other.label);
+fn notes(setup: &Setup, pair: &Pair, name: EngineName) -> String {
+    let (mut text, other_name) = (String::new(), name.label);
     for (engine, error) in &pair.failures {
         let engine = ["the native engine", other_name][*engine];
         let _ = writeln!(text, "  {engine} does not come to the end: {error}");
@@ -135,14 +135,15 @@ fn notes(setup: &Setup, pair: &Pair, other: EngineName) -> String {
     let Some(contact) = &setup.contact else { return text };
     let damped = contact.pairs.iter().any(|params| params.restitution < 1.0);
     let rough = contact.pairs.iter().any(|params| params.friction_static > 0.0);
-    let rubs = match other == LIGGGHTS {
-        true => (contact.friction != FrictionLaw::MindlinDisplacement, "contact.friction=mindlin_displacement"),
-        false => (true, "contact.friction_static=0"),
+    let (rubs, same) = if name == LIGGGHTS {
+        (contact.friction != FrictionLaw::MindlinDisplacement, "contact.friction=mindlin_displacement")
+    } else {
+        (true, "contact.friction_static=0")
     };
     for (differs, law, remedy) in [
         (contact.law != ElasticLaw::Hertz, "elasticity", "contact.law=hertz"),
         (damped && contact.damping != DampingLaw::Tsuji, "damping", "contact.damping=tsuji"),
-        (rough && rubs.0, "friction", rubs.1),
+        (rough && rubs, "friction", same),
     ] {
         if differs {
             let _ =

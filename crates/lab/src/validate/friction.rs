@@ -7,14 +7,20 @@ use turbid::dem::Load;
 const TEXT: &str = include_str!("../../../../validation/friction/case.toml");
 const OBLIQUE: &str = include_str!("../../../../validation/friction/oblique.toml");
 const BLOCK: &str = include_str!("../../../../validation/friction/block.toml");
+const GAS: &str = include_str!("../../../../validation/friction/gas.toml");
 const MAW: &str = include_str!("../../../../validation/friction/maw.csv");
 const REFERENCE: &str = include_str!("../../../../validation/friction/reference.csv");
 
 pub(super) const CASE: Case = Case {
     name: "friction",
-    question: "oblique impacts of spheres: tangential restitution, spin and angle of rebound; a block that sticks and slips",
+    question: "oblique impacts of spheres: tangential restitution, spin and angle of rebound; a block that sticks and slips; energy of a gas of rough spheres",
     source: "Kharaz, Gorham and Salman (2001), doi:10.1016/S0032-5910(01)00283-2",
-    parts: &[Part::quick(1.0, throws), Part::quick(1.0, rebounds), Part::quick(1.0, slips)],
+    parts: &[
+        Part::quick(1.0, throws),
+        Part::quick(1.0, rebounds),
+        Part::quick(1.0, slips),
+        Part::full(60.0, gas),
+    ],
 };
 
 const THEORY: &str = "impulses of rigid bodies that slide to the end: mu (1 + e) of the normal momentum";
@@ -23,6 +29,11 @@ const SPEED: f64 = 3.9;
 /// Measured.
 const FRICTION: f64 = 0.092;
 const RESTITUTION: f64 = 0.98;
+/// Work of adhesion of the gas (J/m^2).
+const WORK: f64 = 0.1;
+/// Of the energy and of the momentum of the gas, over those at the start.
+const GAIN: f64 = 1e-4;
+const ROUNDING: f64 = 1e-12;
 /// Of the tangential restitution: against theory and against the experiment, absolute.
 const TANGENTIAL: [f64; 2] = [2e-3, 0.02];
 /// Of the angular velocity: against theory and against the experiment, as a part.
@@ -199,6 +210,82 @@ fn slips(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     for (n, what, expected) in [(1, "largest", kinetic + amplitude), (2, "smallest", kinetic - amplitude)] {
         let quantity = format!("block on a floor, pulled by a spring: {what} force over its weight (-)");
         found.absolute(quantity, mean(n), expected, SLIP * amplitude).source(exact);
+    }
+    Ok(())
+}
+
+/// Energy and momentum of a gas of rough elastic spheres over a million steps, without cohesion and with it.
+fn gas(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    for cohesion in ["none", "dmt"] {
+        let mut own = vec![format!("contact.cohesion={cohesion:?}")];
+        own.extend((cohesion != "none").then(|| format!("contact.work_of_adhesion={WORK:?}")));
+        let mut setup = context.setup(GAS, CASE.name, &own)?;
+        for (n, sphere) in (1..).zip(&mut setup.particles) {
+            // Fractional parts of square roots of primes.
+            let part = |step: f64| 2.0 * (f64::from(n) * step).fract() - 1.0;
+            sphere.velocity = [0.414_214, 0.732_051, 0.236_068].map(|step| 0.1 * part(step));
+            sphere.angular_velocity = [0.645_751, 0.316_625, 0.605_551].map(|step| 100.0 * part(step));
+        }
+        let (mass, inertia) = (setup.templates[0].mass(), setup.templates[0].inertia().x);
+        let reduced = 0.25 * setup.diameter;
+        let modulus = setup.contact.as_ref().map_or(f64::NAN, |model| {
+            let material = model.materials[0];
+            0.5 * material.youngs_modulus / (1.0 - material.poisson_ratio * material.poisson_ratio)
+        });
+        let pull = if cohesion == "none" { 0.0 } else { 2.0 * PI * WORK * reduced };
+        // Of motion, of Hertz's contacts and of cohesion; springs along the surface have more.
+        let energy = |run: &Simulation| {
+            let moving = run.particles().iter().map(|sphere| {
+                let (v, w) = (sphere.velocity(), sphere.angular_velocity());
+                0.5 * (mass * v.norm_squared() + inertia * w.norm_squared())
+            });
+            let states = run.dem().contact_states();
+            let pressed = states.iter().map(|state| {
+                8.0 / 15.0 * modulus * reduced.sqrt() * state.depth.powf(2.5) - pull * state.depth
+            });
+            moving.sum::<f64>() + pressed.sum::<f64>()
+        };
+        let momentum = |run: &Simulation| -> Vec3 {
+            run.particles().iter().map(|sphere| sphere.velocity() * mass).sum()
+        };
+        let mut run = Simulation::solo(&setup)?;
+        let (start, before) = (energy(&run), momentum(&run));
+        let mut most = 0.0_f64;
+        let looks = 1000;
+        for _ in 0..looks {
+            run.advance(setup.plan.end_step / looks)?;
+            most = most.max(energy(&run) / start - 1.0);
+        }
+        let what = if cohesion == "none" { String::new() } else { format!(", cohesion {cohesion}") };
+        found
+            .absolute(
+                format!("gas of rough spheres{what}: largest gain of energy in 1e6 steps (-)"),
+                most,
+                0.0,
+                GAIN,
+            )
+            .source("none: friction and cohesion take energy only");
+        found
+            .absolute(
+                format!("gas of rough spheres{what}: energy left after 1e6 steps (-)"),
+                energy(&run) / start,
+                0.0,
+                f64::INFINITY,
+            )
+            .source("reported: friction takes it");
+        let scale = (2.0 * mass * start).sqrt();
+        found
+            .absolute(
+                format!("gas of rough spheres{what}: change of momentum in 1e6 steps (-)"),
+                (momentum(&run) - before).norm() / scale,
+                0.0,
+                ROUNDING,
+            )
+            .source("none: forces are opposite, rounding");
+        found.note(
+            format!("gas of rough spheres{what}: contacts that began"),
+            run.dem().contacts().begun as f64,
+        );
     }
     Ok(())
 }

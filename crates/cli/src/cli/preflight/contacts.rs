@@ -3,7 +3,7 @@
 use crate::cli::terminal::{Row, row};
 use std::ops::RangeInclusive;
 use turbid::case::{Impact, Setup};
-use turbid::contact::{ContactModel, SpherePair};
+use turbid::contact::{ContactModel, RollingLaw, SpherePair};
 use turbid::output::numbers::small;
 
 /// Most sub-steps that are suggested to anybody.
@@ -75,6 +75,8 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     rows.extend(pull_off_row(setup, weight));
     rows.extend(step_rows(setup, contact));
     rows.extend(restitution_rows(contact));
+    rows.extend(creep_row(setup, contact));
+    rows.extend(rolling_row(contact));
     rows
 }
 
@@ -154,6 +156,34 @@ fn restitution_rows(contact: &ContactModel) -> Vec<Row> {
         Some(row("restitution", format!("{comes_out:.3}"), format!("{e} is set; of a dry head-on impact")))
     });
     rows.collect()
+}
+
+/// The speed of bodies at rest that friction without memory does not hold, where something pulls them along the surface. With `mu(x) = 2 mu_s x^2` near rest that is `u_k / 2`
+/// under half of the largest force.
+fn creep_row(setup: &Setup, contact: &ContactModel) -> Option<Row> {
+    let rough = contact.pairs.iter().filter(|pair| pair.friction_static > 0.0);
+    let speed = rough.map(|pair| 0.5 * pair.transition_velocity).fold(0.0, f64::max);
+    let pulled = setup.movable().into_iter().any(|template| setup.weight(template) > 0.0);
+    if contact.friction.has_spring() || speed <= 0.0 || !pulled {
+        return None;
+    }
+    let remark = "friction without memory holds nothing: the creep of a body on a slope of half the coefficient; \"mindlin\" holds it";
+    Some(row("friction creeps", format!("{speed:.1e} m/s"), remark))
+}
+
+/// The steepest slope on which the resistance to rolling holds a sphere, or by which it slows one down.
+fn rolling_row(contact: &ContactModel) -> Option<Row> {
+    let most = contact.pairs.iter().map(|pair| pair.rolling_friction).fold(0.0, f64::max);
+    let remark = match contact.rolling {
+        RollingLaw::ElasticPlastic => {
+            "slope (tan) up to which a sphere does not roll, with the largest coefficient"
+        }
+        RollingLaw::ConstantTorque => {
+            "slope (tan) on which a sphere rolls steadily, with the largest coefficient; it holds nothing at rest"
+        }
+        RollingLaw::None => return None,
+    };
+    (most > 0.0).then(|| row("rolling", format!("{most}"), remark))
 }
 
 /// Contacts that are too short or too deep, with Young's moduli and sub-steps that mend both.

@@ -8,8 +8,8 @@ use super::order::{IdOrder, PartIndex};
 use super::velocities::KnownVelocities;
 use crate::contact::law::Action;
 use crate::contact::{
-    Body, CohesionLaw, ContactModel, GrownShape, Overlap, PairLaw, PairProperties, RelativeMotion,
-    overlap_again, overlap_wall,
+    Body, CohesionLaw, ContactModel, ElasticLaw, GrownShape, Overlap, PairLaw, PairProperties,
+    RelativeMotion, overlap_again, overlap_wall,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
@@ -379,7 +379,7 @@ impl ContactContext {
                         neck.filter(|_| forces.history.knows(&key))
                     })
                     .filter(|_| !constants.motion.is_complete());
-                let Some(overlap) = overlap else {
+                let Some(mut overlap) = overlap else {
                     let radius = of_part.shape.sphere().filter(|_| !constants.motion.is_complete());
                     let gap = |_| (-surface.normal(centre), distance - radius.unwrap_or_default());
                     let acting = with_pull(film, model, [radius, Some(f64::INFINITY)], [arm, None], gap);
@@ -389,7 +389,12 @@ impl ContactContext {
                     }
                     continue;
                 };
-                let (law, point) = (law(), centre + overlap.point);
+                let law = law();
+                if let (ElasticLaw::Hertz, Some(radius)) = (law.elastic, of_part.shape.sphere()) {
+                    // In the middle of the depth, as between spheres: that of the overlap is a sixth of the depth further in.
+                    overlap.point = overlap.normal * (radius - 0.5 * overlap.depth);
+                }
+                let point = centre + overlap.point;
                 let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
                 let input = ContactInput {
                     key,

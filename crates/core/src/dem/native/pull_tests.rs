@@ -101,7 +101,7 @@ fn spheres_of_a_dumb_bell_are_drawn_without_angular_momentum() {
     let masses = [0, 1].map(|i| templates[i].mass());
     let mut engine = alone(TANK, model(LAW, 1.0), Vec::new(), Vec3::zeros(), templates, &all);
     run(&mut engine, 300, DT);
-    let [a, b] = [0, 1].map(|i| engine.particles().particles[i].clone());
+    let [a, b] = [0, 1].map(|i| engine.particles().particles[i]);
     let orbital = |p: &Particle, mass: f64| (p.position() - at).cross(&p.velocity()) * mass;
     let spins = Vec3::from(a.angular_momentum) + Vec3::from(b.angular_momentum);
     let total = orbital(&a, masses[0]) + orbital(&b, masses[1]) + spins;

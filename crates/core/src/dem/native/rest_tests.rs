@@ -136,7 +136,7 @@ fn a_cube_that_rocks_on_its_face_keeps_three_quarters_of_its_energy_where_bounci
             let mut engine = alone(TANK, contact.into(), vec![floor()], GRAVITY, cubes(EDGE), &[cube]);
             let period = std::f64::consts::TAU * (depth / 9.81).sqrt();
             let steps = (period / dt).ceil() as usize;
-            let mut peak = |engine: &mut Native| {
+            let peak = |engine: &mut Native| {
                 (0..steps)
                     .map(|_| {
                         run(engine, 1, dt);
