@@ -24,10 +24,8 @@ const CONSERVED: Limit =
 const RIGID: Limit =
     (1e-4, "over the speed of approach: the spheres turn by an angle of d_max / 2R, 5e-5 here");
 const STICKING: Limit = (1e-12, "over the speed of approach, worst of both spheres: the same law, rounding");
-const ADHESIVE: Limit = (
-    1e-9,
-    "over the speed of approach, worst of both spheres: rounding, also of the roots for the disc of a neck",
-);
+const ADHESIVE: Limit =
+    (1e-9, "over the largest depth, worst of both spheres: rounding, 1e-12 of the depth per step");
 const PARTING: Limit = (
     1e-3,
     "relative: LAMMPS lets go where the pull is largest, which takes 0.494 of the energy; steps at touch and parting",
@@ -284,13 +282,13 @@ fn adhesive(against: &Against, findings: &mut Findings) -> Result<()> {
             let gap = |frame: &[Particle]| (frame[1].position() - frame[0].position()).norm() - 2.0 * RADIUS;
             // A little before 3^(1/3) / 3.
             let last = tracks[0].frames.iter().rposition(|frame| gap(frame) <= 0.47 * stretch).unwrap_or(0);
-            let ends = tracks.each_ref().map(|track| [0, 1].map(|id| track.frames[last][id].velocity()));
+            let ends = tracks.each_ref().map(|track| [0, 1].map(|id| track.frames[last][id].position()));
             let apart = worst([0, 1].map(|id| (ends[0][id] - ends[1][id]).norm()));
-            let [native, other] = ends.map(|ends| Some(ends[1].x - ends[0].x));
-            let quantity = format!(
-                "head-on impact, {label}, e {restitution}, before LAMMPS lets go; shown: speed of parting (m/s)"
-            );
-            findings.given(quantity, [native, other, None], apart, ADHESIVE);
+            let [native, other] = tracks.each_ref().map(|track| Some(gap(&track.frames[last])));
+            let deepest = tracks[0].frames.iter().map(|frame| -gap(frame)).fold(0.0, f64::max);
+            let quantity =
+                format!("paths, head-on, {label}, e {restitution}, until LAMMPS lets go; shown: gap (m)");
+            findings.given(quantity, [native, other, None], apart / deepest, ADHESIVE);
             if law == CohesionLaw::Jkr && restitution >= 1.0 {
                 let speeds = tracks
                     .each_ref()

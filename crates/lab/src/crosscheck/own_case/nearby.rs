@@ -1,7 +1,7 @@
 //! Verdict on both engines under the same laws, as long as nearby trajectories stay together.
 //!
 //! Both engines run the case with the laws that they have in common: Hertz's force, the damping of Tsuji et al. (1992), and friction with memory of one coefficient
-//! (`mindlin_displacement`) for LIGGGHTS, none for others.
+//! (`mindlin_displacement`) for LIGGGHTS, none for others; without resistance to rolling, whose spring turns with the contact in another way there.
 //! They then differ by rounding, which contacts multiply, for the engines as for two runs of the native one whose particles are 1e-9 `D`
 //! apart at the start. With the largest distance `d(t)` of these so far (diameters)
 //!
@@ -16,6 +16,7 @@ use super::super::against::LIGGGHTS;
 use super::super::pair::{PARTED, Pair, QUANTITIES, Recording};
 use super::super::prelude::*;
 use super::COMPLETE;
+use turbid::contact::RollingLaw;
 
 /// Distance at the start of nearby trajectories (diameters).
 const NEARBY: f64 = 1e-9;
@@ -38,6 +39,7 @@ pub(super) fn verdict(
     let (mut same, rubs) = (setup.clone(), against.name == LIGGGHTS);
     if let Some(contact) = &mut same.contact {
         (contact.law, contact.damping, contact.friction) = SAME;
+        contact.rolling = RollingLaw::None;
         for params in &mut contact.pairs {
             // LIGGGHTS has the kinetic one where there is static friction.
             let same = if rubs && params.friction_static > 0.0 { params.friction_kinetic } else { 0.0 };
