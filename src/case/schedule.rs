@@ -106,6 +106,15 @@ pub(super) struct Known<'a> {
 }
 
 impl RunPlan {
+    /// The step from which on means are taken of a run whose last rows are those of step `last`: one that has become steady may end before
+    /// its averages were to begin.
+    pub(crate) fn averages_from(&self, last: u64) -> u64 {
+        match self.steady {
+            Some(Steady { window, .. }) => self.average_from_step.min(last.saturating_sub(window)),
+            None => self.average_from_step,
+        }
+    }
+
     /// The plan that the sections `[run]` and `[output]` describe.
     pub(super) fn new(document: &Document, known: &Known) -> Result<Self> {
         let clock = known.clock;

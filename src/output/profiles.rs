@@ -5,6 +5,7 @@ use super::series::{SeriesTable, definitions, heads};
 use super::statistics::{Estimate, estimate_mean};
 use super::write_bytes;
 use crate::error::{Error, Result};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -53,15 +54,10 @@ pub fn write_means(profiles: &Path, means: &Path, from: f64) -> Result<()> {
     let table = SeriesTable::read(profiles)?;
     let column = |name: &str| table.get(name).unwrap_or_default();
     let [profile, time, position] = ["profile", "t", "position"].map(column);
-    let mut bins: Vec<(f64, f64, Vec<usize>)> = Vec::new();
+    // Bits of numbers that are not negative have their order.
+    let mut bins: BTreeMap<[u64; 2], Vec<usize>> = BTreeMap::new();
     for row in (0..profile.len()).filter(|&row| time[row] >= from) {
-        let same = |bin: &&mut (f64, f64, Vec<usize>)| {
-            bin.0.to_bits() == profile[row].to_bits() && bin.1.to_bits() == position[row].to_bits()
-        };
-        match bins.iter_mut().find(same) {
-            Some(bin) => bin.2.push(row),
-            None => bins.push((profile[row], position[row], vec![row])),
-        }
+        bins.entry([profile[row], position[row]].map(f64::to_bits)).or_default().push(row);
     }
     let values = &table.columns[KEYS..];
     let mut head = vec!["profile (-)".to_string(), "position (m)".to_string(), "rows (-)".to_string()];
@@ -71,7 +67,8 @@ pub fn write_means(profiles: &Path, means: &Path, from: f64) -> Result<()> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let failed = |error: csv::Error| Error::io("write", means, error.into());
     writer.write_record(&head).map_err(failed)?;
-    for (profile, position, rows) in &bins {
+    for (bin, rows) in &bins {
+        let [profile, position] = bin.map(f64::from_bits);
         let mut record = vec![profile.to_string(), position.to_string(), rows.len().to_string()];
         for column in values {
             let known: Vec<f64> =

@@ -333,6 +333,9 @@ impl FileEstimate {
 /// shared 2-core virtual machine) of `hindered_settling` with fields, and with surfaces, less that without.
 const PACKED_BYTE: f64 = 16e-9;
 
+/// Bytes of a number in a table.
+const NUMBER: f64 = 14.0;
+
 /// Bytes of a particle in a checkpoint.
 const SAVED_PARTICLE: f64 = 600.0;
 /// Checkpoints that are kept, and the new one beside them.

@@ -1,7 +1,7 @@
 //! Profiles of particles and fluid along axes of the box: sums over bins, for which nothing is gathered.
 
 use super::vtk::parsed;
-use super::{FileEstimate, Need, RankState, RootOutput, Writer, WriterState, files_of};
+use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Profile, Setup};
 use crate::contact::CutPart;
 use crate::error::{Error, Result};
@@ -25,8 +25,6 @@ const FLOW: usize = 1;
 const SQUARES: usize = 4;
 const PRESSURE: usize = 10;
 const OF_FLUID: usize = 11;
-/// Bytes of a number in a table.
-const NUMBER: f64 = 14.0;
 
 /// Writes `profiles.csv`, and at the end the means over time.
 pub(super) struct Profiles<'a> {
@@ -36,8 +34,8 @@ pub(super) struct Profiles<'a> {
     parts: Vec<Vec<CutPart>>,
     sections: usize,
     open: Option<SeriesWriter>,
-    /// Time of the last rows (s).
-    last: f64,
+    /// Step of the last rows.
+    last: u64,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -45,7 +43,7 @@ struct State {
     /// Axes and numbers of bins.
     profiles: Vec<(usize, usize)>,
     rows: Option<RowsMark>,
-    last: f64,
+    last: u64,
 }
 
 impl<'a> Profiles<'a> {
@@ -57,7 +55,7 @@ impl<'a> Profiles<'a> {
         let parts =
             setup.templates.iter().map(|template| template.parts().map(CutPart::new).collect()).collect();
         let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
-        Some(Self { setup, files: files_of(setup), parts, sections, open: None, last: 0.0 })
+        Some(Self { setup, files: files_of(setup), parts, sections, open: None, last: 0 })
     }
 
     fn per_bin(&self) -> usize {
@@ -242,7 +240,7 @@ impl Writer for Profiles<'_> {
             Some(table) => table,
             none => none.insert(profiles::create(&self.files.profiles(), self.sections)?),
         };
-        self.last = output.time;
+        self.last = output.step;
         table.write(&rows)
     }
 
@@ -281,11 +279,7 @@ impl Writer for Profiles<'_> {
         if self.open.is_none() {
             return Ok(());
         }
-        let plan = &self.setup.plan;
-        let window = plan.steady.map_or(0.0, |steady| steady.window as f64 * self.setup.time_step);
-        let from = plan.average_from_step as f64 * self.setup.time_step;
-        // A run that has become steady may end before the averages were to begin.
-        let from = if plan.steady.is_some() { from.min(self.last - window) } else { from };
+        let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
         profiles::write_means(&self.files.profiles(), &self.files.profile_means(), from)
     }
 

@@ -3,7 +3,7 @@
 mod flows;
 
 use super::vtk::parsed;
-use super::{FileEstimate, Need, RootOutput, Writer, WriterState, files_of, threads_and_cores};
+use super::{FileEstimate, NUMBER, Need, RootOutput, Writer, WriterState, files_of, threads_and_cores};
 use crate::case::Setup;
 use crate::error::{Error, Result};
 #[cfg(feature = "pictures")]
@@ -26,8 +26,6 @@ use std::path::Path;
 const NAME: &str = "series";
 /// Time (s) of one thread to measure the flow in a cell for a row: processor time of `hindered_settling` with rows, less that without.
 const MEASURED_CELL: f64 = 26e-9;
-/// Bytes of a number in a table.
-const NUMBER: f64 = 14.0;
 
 /// Writes `series.csv` and `particle_series.csv`, and collects samples for the averages of the summary.
 pub(super) struct Series<'a> {
@@ -238,11 +236,7 @@ impl Writer for Series<'_> {
     /// The averages, and the plot of the settling velocity.
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
         let (setup, samples) = (self.setup, &self.samples);
-        // A run that has become steady may end before the averages were to begin.
-        let last = samples.steps.last().copied().unwrap_or_default();
-        let window = setup.plan.steady.map_or(0, |steady| steady.window);
-        let from = setup.plan.average_from_step.min(last.saturating_sub(window));
-        let from = if setup.plan.steady.is_some() { from } else { setup.plan.average_from_step };
+        let from = setup.plan.averages_from(samples.steps.last().copied().unwrap_or_default());
         let first = (samples.steps).partition_point(|&step| step < from);
         let (t_star, settling) = (&samples.t_star, &samples.settling);
         let steady = settles_for_ever(setup);
