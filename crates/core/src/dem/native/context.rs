@@ -283,8 +283,10 @@ impl ContactContext {
                 })
             };
             let Some(overlap) = overlap else {
-                let distance = offset.norm();
-                let gap = |radii: f64| (offset / distance, distance - radii);
+                let gap = |radii: f64| {
+                    let distance = offset.norm();
+                    (offset / distance, distance - radii)
+                };
                 let radii = [one, other].map(|part| part.shape.sphere().filter(|_| !held));
                 let acting = with_pull(film, model, radii, [one.arm(a), other.arm(b)], gap);
                 if let Some(Acting { action, normal, lever }) = acting {
