@@ -3,11 +3,11 @@
 //! A contact is measured by the volume, depth, centre, normal, area and moment of the overlap of the two (enlarged)
 //! bodies ([`overlap()`], which chooses by pair):
 //!
-//! | with | sphere | polyhedron | any other | plane | pipe, rod |
-//! |---|---|---|---|---|---|
-//! | sphere | [`sphere_sphere`] | [`sphere_polyhedron`] | [`sampled`] | [`sphere_plane`] | [`sampled`] |
-//! | polyhedron | | [`polyhedra`] | [`sampled`] | [`polyhedra`] | [`sampled`] |
-//! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] |
+//! | with | sphere | polyhedron | any other | plane | pipe, rod | mesh |
+//! |---|---|---|---|---|---|---|
+//! | sphere | [`sphere_sphere`] | [`sphere_polyhedron`] | [`sampled`] | [`sphere_plane`] | [`sampled`] | [`mesh`] |
+//! | polyhedron | | [`polyhedra`] | [`sampled`] | [`polyhedra`] | [`sampled`] | [`mesh`] |
+//! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] | [`mesh`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
 //! centre ([`law`], [`friction`], [`rolling`], [`cohesion`]). [`lubrication`] and [`van_der_waals`] act between bodies that do not touch. [`pairs`] finds the pairs near enough to be
@@ -21,6 +21,7 @@ pub mod friction;
 mod impact;
 pub mod law;
 pub mod lubrication;
+pub mod mesh;
 pub mod nearest;
 pub mod neighbours;
 pub mod overlap;

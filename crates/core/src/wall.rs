@@ -1,11 +1,16 @@
 //! Walls: rigid no-slip surfaces in contact with particles and fluid, at rest or moving.
 //!
-//! A wall is the part of space behind its surface. SI units, world frame.
+//! A wall is the part of space behind its surface, or a sheet without thickness. SI units, world frame.
 
-use crate::math::{Patch, Profile, TimeFunction, Vec3};
+pub mod mesh;
+
+use crate::math::nalgebra::Quaternion;
+use crate::math::{Patch, Profile, Quat, TimeFunction, Vec3};
+pub use mesh::{FreeSide, WallMesh};
+use std::sync::Arc;
 
 /// The surface of a wall.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Surface {
     /// Everything behind a plane.
     Plane {
@@ -25,6 +30,38 @@ pub enum Surface {
         /// True if the free space is inside.
         pipe: bool,
     },
+    /// Facets.
+    Mesh(PlacedMesh),
+}
+
+/// A mesh in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedMesh {
+    /// In its own frame.
+    pub mesh: Arc<WallMesh>,
+    /// Origin of that frame (m).
+    pub position: Vec3,
+    /// Maps that frame to the world frame.
+    pub orientation: Quat,
+}
+
+impl PlacedMesh {
+    /// A point of the world in the frame of the mesh.
+    #[inline]
+    pub fn to_own(&self, at: &Vec3) -> Vec3 {
+        self.orientation.inverse_transform_vector(&(at - self.position))
+    }
+
+    /// A point of the mesh in the world.
+    #[inline]
+    pub fn to_world(&self, at: &Vec3) -> Vec3 {
+        self.position + self.orientation * at
+    }
+
+    /// Corners of a facet in the world (m).
+    pub fn corners(&self, facet: u32) -> [Vec3; 3] {
+        self.mesh.corners(facet).map(|corner| self.to_world(&corner))
+    }
 }
 
 impl Surface {
@@ -34,7 +71,13 @@ impl Surface {
             Self::Plane { .. } => "plane",
             Self::Cylinder { pipe: true, .. } => "pipe",
             Self::Cylinder { .. } => "rod",
+            Self::Mesh(_) => "mesh",
         }
+    }
+
+    /// The mesh, if it is one.
+    pub fn mesh(&self) -> Option<&PlacedMesh> {
+        if let Self::Mesh(mesh) = self { Some(mesh) } else { None }
     }
 
     /// True of planes.
@@ -42,12 +85,21 @@ impl Surface {
         matches!(self, Self::Plane { .. })
     }
 
-    /// Signed distance of a point to the wall (m): positive in the free space, negative in the wall.
+    /// Signed distance of a point to the wall (m): positive in the free space, negative in the wall. Of a mesh it takes a search.
     pub fn distance(&self, at: Vec3) -> f64 {
         match self {
             Self::Plane { point, normal } => (at - point).dot(normal),
             Self::Cylinder { radius, pipe: true, .. } => radius - self.radial(at).norm(),
             Self::Cylinder { radius, .. } => self.radial(at).norm() - radius,
+            Self::Mesh(placed) => placed.mesh.distance(&placed.to_own(&at)),
+        }
+    }
+
+    /// True if a point is in the wall: its distance is negative. Of a mesh exact, and faster.
+    pub fn is_wall(&self, at: Vec3) -> bool {
+        match self {
+            Self::Mesh(placed) => placed.mesh.is_wall(&placed.to_own(&at)),
+            _ => self.distance(at) < 0.0,
         }
     }
 
@@ -63,19 +115,24 @@ impl Surface {
                 });
                 if *pipe { -away } else { away }
             }
+            Self::Mesh(placed) => placed.orientation * placed.mesh.normal(&placed.to_own(&at)),
         }
     }
 
     /// Part of the way from a point in the free space to one in the wall at which its surface is met.
     pub fn part_of_way(&self, from: Vec3, to: Vec3) -> f64 {
-        match *self {
-            Self::Plane { normal, .. } => self.distance(from) / (from - to).dot(&normal),
+        match self {
+            Self::Plane { normal, .. } => self.distance(from) / (from - to).dot(normal),
+            Self::Mesh(placed) => {
+                let [from, to] = [from, to].map(|at| placed.to_own(&at));
+                placed.mesh.crossing(&from, &to).map_or(1.0, |crossing| crossing.part)
+            }
             Self::Cylinder { radius, pipe, .. } => {
                 // Roots of `a part^2 + 2 b part + c = 0`, without cancellation.
                 let (r, way) = (self.radial(from), self.radial(to) - self.radial(from));
                 let (a, b, c) = (way.norm_squared(), r.dot(&way), r.norm_squared() - radius * radius);
                 let root = (b * b - a * c).sqrt();
-                match pipe {
+                match *pipe {
                     false => c / (root - b),
                     true if b > 0.0 => -c / (b + root),
                     true => (root - b) / a,
@@ -92,6 +149,7 @@ impl Surface {
                 let arm = at - point;
                 arm - *axis * arm.dot(axis)
             }
+            Self::Mesh(placed) => at - placed.position,
         }
     }
 
@@ -101,7 +159,7 @@ impl Surface {
     #[must_use]
     pub fn moved(&self, motion: &Motion, time: f64) -> Self {
         if motion.rests() {
-            return *self;
+            return self.clone();
         }
         let way = motion.velocity.integral(0.0, time);
         let (turn, time) = match motion.angular_velocity.constant() {
@@ -109,10 +167,18 @@ impl Surface {
             None => (motion.angular_velocity.integral(0.0, time), 1.0),
         };
         let speed = turn.norm();
-        let mut moved = *self;
-        let (point, direction) = match &mut moved {
-            Self::Plane { point, normal } => (point, normal),
-            Self::Cylinder { point, axis, .. } => (point, axis),
+        let mut moved = self.clone();
+        let (point, mut direction) = match &mut moved {
+            Self::Plane { point, normal } => (point, Some(normal)),
+            Self::Cylinder { point, axis, .. } => (point, Some(axis)),
+            Self::Mesh(PlacedMesh { position, orientation, .. }) => {
+                if speed > 0.0 {
+                    let (sine, cosine) = libm::sincos(0.5 * speed * time);
+                    let turned = Quaternion::from_parts(cosine, turn * (sine / speed));
+                    *orientation = Quat::new_normalize(turned * orientation.quaternion());
+                }
+                (position, None)
+            }
         };
         if speed > 0.0 {
             let axis = turn / speed;
@@ -121,7 +187,9 @@ impl Surface {
             let turned =
                 |v: Vec3| v * cosine + axis.cross(&v) * sine + axis * (axis.dot(&v) * (1.0 - cosine));
             *point = motion.pivot + turned(*point - motion.pivot);
-            *direction = turned(*direction).normalize();
+            if let Some(direction) = &mut direction {
+                **direction = turned(**direction).normalize();
+            }
         }
         *point += way;
         moved
@@ -130,9 +198,10 @@ impl Surface {
     /// The same surface moved by `-origin`: as seen from there.
     #[must_use]
     pub fn seen_from(&self, origin: Vec3) -> Self {
-        let mut seen = *self;
+        let mut seen = self.clone();
         match &mut seen {
             Self::Plane { point, .. } | Self::Cylinder { point, .. } => *point -= origin,
+            Self::Mesh(placed) => placed.position -= origin,
         }
         seen
     }
@@ -274,9 +343,9 @@ mod tests {
         };
         let plane = Surface::Plane { point: Vec3::new(0.2, 0.1, 0.0), normal: axis };
         let pipe = Surface::Cylinder { point: Vec3::new(0.2, 0.1, 0.0), axis, radius: 2.0, pipe: true };
-        let cases = [steady, shaken].into_iter().flat_map(|motion| [(plane, motion.clone()), (pipe, motion)]);
+        let cases = [steady, shaken].into_iter().flat_map(|motion| [(plane.clone(), motion.clone()), (pipe.clone(), motion)]);
         for (surface, motion) in cases {
-            let wall = Wall { name: "moving".into(), surface, motion, material: 0 };
+            let wall = Wall { name: "moving".into(), surface: surface.clone(), motion, material: 0 };
             // A point that moves with the wall, followed in small steps of second order.
             let mut dust = Vec3::new(-0.4, 0.7, 1.1);
             let distance = surface.distance(dust);

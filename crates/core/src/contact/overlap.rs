@@ -3,7 +3,7 @@
 use super::clip::Plane;
 use super::polyhedra::Hint;
 use super::solid::Solid;
-use super::{Geometry, parallel, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
+use super::{Geometry, mesh, parallel, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::shape::{Passage, Shape};
 use crate::wall::Surface;
@@ -262,7 +262,7 @@ pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
 }
 
 /// Overlap of a body with a wall, seen from the centre of the body; `None` if they do not touch. The normal points
-/// from the body into the wall.
+/// from the body into the wall. Of several [contacts](mesh::contacts) with a mesh it is the deepest.
 pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
     if let Some(piece) = &body.grown.piece {
         let Passage { axis, length, .. } = piece.passage;
@@ -275,6 +275,9 @@ pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
         let found = overlap_wall(geometry, &Body { grown: &piece.grown, ..*body }, wall)?;
         return Some(found.of_piece(piece.part, axis));
     }
+    if let Surface::Mesh(placed) = wall {
+        return mesh::deepest(geometry, body, placed);
+    }
     let samples = match (geometry, wall) {
         (Geometry::Sampled { samples }, _) => samples,
         (Geometry::Exact, Surface::Plane { point, normal }) => {
@@ -285,7 +288,7 @@ pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
                 Form::Other => sampled::DEFAULT_SAMPLES,
             }
         }
-        (Geometry::Exact, Surface::Cylinder { .. }) => sampled::DEFAULT_SAMPLES,
+        (Geometry::Exact, _) => sampled::DEFAULT_SAMPLES,
     };
     sampled::overlap_wall(body, wall, samples)
 }

@@ -8,7 +8,7 @@
 //! Pairs that do not overlap are excluded by the planes of the faces of either body (faces that point away are skipped,
 //! by the inscribed sphere), and by the clipping itself, which leaves nothing where an edge passes another edge.
 
-use super::clip::{Clipper, Cut, Plane, distances};
+use super::clip::{Clipper, Cut, Integrals, Plane, distances};
 use super::overlap::Overlap;
 use super::sampled::portal;
 use super::solid::Solid;
@@ -118,6 +118,27 @@ pub(super) fn overlap_plane(body: &Solid, to_world: &Mat3, wall: &Plane) -> Opti
         let mut overlap = workshop.overlap(to_world, -wall.normal)?;
         overlap.normal = -wall.normal;
         Some(overlap)
+    })
+}
+
+/// Integrals over the part of a polyhedron below some planes in its frame, the area and the moment of the surface of the body there: as if the
+/// first plane closed it alone. None if there is no such part.
+pub(super) fn piece(body: &Solid, planes: &[Plane]) -> Option<Integrals> {
+    if body.lowest(&planes[0].normal) >= planes[0].offset {
+        return None;
+    }
+    WORKSHOP.with_borrow_mut(|workshop| {
+        let faces = body.planes.len();
+        workshop.clipper.load(&body.graph);
+        for (plane, number) in planes.iter().zip(faces as u32..) {
+            if workshop.clipper.cut(plane, number, 0.0) == Cut::Emptied {
+                return None;
+            }
+        }
+        workshop.weights.clear();
+        workshop.weights.resize(faces + planes.len(), 0.0);
+        workshop.weights[faces] = -1.0;
+        workshop.clipper.integrate(&workshop.weights).filter(|part| part.volume > 0.0)
     })
 }
 

@@ -66,7 +66,7 @@ pub fn overlap_wall(body: &Body, wall: &Surface, samples: u32) -> Option<Overlap
     if height.is_nan() || height >= body.grown.reach() {
         return None;
     }
-    let sides = [Side::body(body, Vec3::zeros()), Side::Wall(*wall)];
+    let sides = [Side::body(body, Vec3::zeros()), Side::Wall(wall.clone())];
     between(&sides, -wall.normal(Vec3::zeros()), samples)
 }
 

@@ -20,11 +20,12 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
     let all_along =
         |of: &[Vec3], axis: &Vec3| of.iter().all(|a| a.cross(axis).norm() <= TOLERANCE * a.norm());
     let turns = !wall.motion.angular_velocity.is_zero();
-    match wall.surface {
+    match &wall.surface {
+        Surface::Mesh(_) => Err("is a mesh, which only dry runs have"),
         Surface::Plane { normal, .. } => {
-            if v.iter().any(|v| v.dot(&normal).abs() > TOLERANCE * v.norm()) {
+            if v.iter().any(|v| v.dot(normal).abs() > TOLERANCE * v.norm()) {
                 Err("moves along its normal")
-            } else if !all_along(&w, &normal) {
+            } else if !all_along(&w, normal) {
                 Err("turns about another axis than its normal")
             } else if turns && !wall.motion.velocity.is_zero() {
                 Err("slides and turns at once")
@@ -33,10 +34,10 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
             }
         }
         Surface::Cylinder { point, axis, radius, .. } => {
-            let off_axis = (wall.motion.pivot - point).cross(&axis).norm();
-            if !all_along(&v, &axis) {
+            let off_axis = (wall.motion.pivot - point).cross(axis).norm();
+            if !all_along(&v, axis) {
                 Err("moves across its axis")
-            } else if !all_along(&w, &axis) || (turns && off_axis > TOLERANCE * radius) {
+            } else if !all_along(&w, axis) || (turns && off_axis > TOLERANCE * *radius) {
                 Err("turns about another axis than its own")
             } else {
                 Ok(())
@@ -66,7 +67,7 @@ impl LatticeWalls {
             }
         }
         Self {
-            surfaces: walls.iter().map(|wall| wall.surface).collect(),
+            surfaces: walls.iter().map(|wall| wall.surface.clone()).collect(),
             motions: walls.iter().map(|wall| wall.motion.clone()).collect(),
             inlets: BTreeMap::new(),
             pressures: BTreeMap::new(),

@@ -190,10 +190,25 @@ impl History {
         found.is_some()
     }
 
+    /// Contacts of the sub-step before of the same two bodies and the same part of the first one, ascending.
+    pub fn alike(&self, key: &ContactKey) -> impl Iterator<Item = ContactKey> + '_ {
+        let key = *key;
+        let from = self.current.first_from(0, &ContactKey { parts: [key.parts[0], 0], ..key });
+        let is_alike = move |other: &ContactKey| {
+            (other.first, other.parts[0], other.second) == (key.first, key.parts[0], key.second)
+        };
+        (from..).map_while(|index| self.current.key(index)).take_while(is_alike)
+    }
+
     /// Memory of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what `begin` made of
-    /// zeros.
+    /// zeros. One that is not known goes on with the memory of the contact `from` of the sub-step before.
     #[inline]
-    pub fn remember(&mut self, key: ContactKey, begin: impl FnOnce(&mut [f64])) -> (&mut [f64], bool) {
+    pub fn remember(
+        &mut self,
+        key: ContactKey,
+        from: Option<&ContactKey>,
+        begin: impl FnOnce(&mut [f64]),
+    ) -> (&mut [f64], bool) {
         let stride = self.current.stride();
         if let Some(index) = self.find(&key) {
             self.remembered += usize::from(!self.lives[index]);
@@ -201,9 +216,14 @@ impl History {
             let row = &mut self.current.rows[index * stride..(index + 1) * stride];
             return (bytemuck::cast_slice_mut(&mut row[KEY..]), false);
         }
+        let old = from.and_then(|from| self.find(from));
         let rows = &mut self.begun.rows;
         let start = rows.len() + KEY;
         rows.extend_from_slice(bytemuck::cast_slice(&[key]));
+        if let Some(index) = old {
+            rows.extend_from_slice(&self.current.rows[index * stride + KEY..(index + 1) * stride]);
+            return (bytemuck::cast_slice_mut(&mut rows[start..]), false);
+        }
         rows.resize(start + self.begun.memory, 0);
         let memory = bytemuck::cast_slice_mut(&mut rows[start..]);
         begin(memory);
@@ -306,7 +326,7 @@ mod tests {
     /// The memory of a contact, kept for the next sub-step; none if it has just begun.
     fn kept(history: &mut History, (first, second): (u64, u64)) -> Option<Vec<f64>> {
         let begin = |memory: &mut [f64]| memory.copy_from_slice(&[first as f64, second as f64]);
-        let (memory, begun) = history.remember(key(first, second), begin);
+        let (memory, begun) = history.remember(key(first, second), None, begin);
         (!begun).then(|| memory.to_vec())
     }
 
@@ -351,7 +371,7 @@ mod tests {
     #[test]
     fn what_a_law_changes_is_there_in_the_next_sub_step() {
         let mut history = History::new(records(&[(1, 9)]));
-        history.remember(key(1, 9), |_| panic!("not begun")).0[1] = 0.5;
+        history.remember(key(1, 9), None, |_| panic!("not begun")).0[1] = 0.5;
         history.advance();
         assert_eq!(history.records().iter().next(), Some((key(1, 9), &[1.0, 0.5][..])));
     }
@@ -375,21 +395,37 @@ mod tests {
         let mut history = History::new(Records::new(1));
         let parts = [[0, 0], [0, 1], [1, 0], [1, 1]].map(|parts| ContactKey { parts, ..key(1, 2) });
         for (n, part) in parts.into_iter().enumerate() {
-            history.remember(part, |memory| memory[0] = n as f64);
+            history.remember(part, None, |memory| memory[0] = n as f64);
         }
-        history.remember(key(1, 3), |_| ());
+        history.remember(key(1, 3), None, |_| ());
         history.advance();
         let order = [parts[0], parts[1], key(1, 3), parts[2], parts[3]];
         assert_eq!(history.records().iter().map(|(key, _)| key).collect::<Vec<_>>(), order);
         for (n, part) in parts.into_iter().enumerate() {
-            assert_eq!(history.remember(part, |_| panic!("not begun")), (&mut [n as f64][..], false));
+            assert_eq!(history.remember(part, None, |_| panic!("not begun")), (&mut [n as f64][..], false));
         }
+    }
+
+    #[test]
+    fn a_contact_goes_on_with_the_memory_of_the_one_that_it_follows_once() {
+        let mut history = History::new(Records::new(1));
+        let facets = [3, 7, 9].map(|facet| ContactKey { parts: [0, facet], ..key(1, 9) });
+        history.remember(facets[0], None, |memory| memory[0] = 0.5);
+        history.remember(key(2, 9), None, |_| ());
+        history.advance();
+        assert_eq!(history.alike(&facets[1]).collect::<Vec<_>>(), [facets[0]]);
+        let begun = |_: &mut [f64]| panic!("not begun");
+        assert_eq!(history.remember(facets[1], Some(&facets[0]), begun), (&mut [0.5][..], false));
+        assert_eq!(history.remember(facets[2], Some(&key(5, 9)), |memory| memory[0] = 0.1).0, [0.1]);
+        history.advance();
+        let rows: Vec<_> = history.records().iter().map(|(key, memory)| (key, memory[0])).collect();
+        assert_eq!(rows, [(facets[1], 0.5), (facets[2], 0.1)]);
     }
 
     #[test]
     fn a_law_without_memory_has_the_contacts_alone() {
         let mut history = History::new(Records::new(0));
-        assert_eq!(history.remember(key(1, 2), |memory| assert!(memory.is_empty())), (&mut [][..], true));
+        assert_eq!(history.remember(key(1, 2), None, |memory| assert!(memory.is_empty())), (&mut [][..], true));
         history.advance();
         assert_eq!((history.records().len(), history.records().bytes().len()), (1, size_of::<ContactKey>()));
     }

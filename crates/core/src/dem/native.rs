@@ -11,7 +11,7 @@
 //! Every number is computed once, by one rank, in the same order whatever the number of ranks: the pair with the
 //! lower id first, from the nearest image of wrapped positions. Walls stand where their motion has brought them
 //! after `substep dt`. A contact with a wall belongs to the owner of the particle and comes after those with
-//! particles. Bodies of several parts touch part by part; their forces and torques add up. In a narrow box bodies
+//! particles. Bodies of several parts touch part by part, and meshes by several facets; their forces and torques add up. In a narrow box bodies
 //! touch through several images, and images of themselves: each is a contact of its own, and its image is told from the nearest one of the
 //! centres. Images of walls are left out.
 
@@ -58,6 +58,7 @@ mod tests;
 #[cfg(test)]
 mod through_tests;
 mod velocities;
+mod walls;
 #[cfg(test)]
 mod wall_tests;
 
@@ -169,7 +170,8 @@ impl Native {
         let finder = PairFinder::in_window(near.decomposition().domain, lo - around, extent + 2.0 * around);
         let reach = 2.0 * bounds.iter().copied().fold(0.0, f64::max);
         let is_narrow = near.decomposition().domain.has_images(reach) != [false; 3];
-        let several = is_narrow || constants.iter().any(|template| template.parts.len() > 1);
+        let has_facets = params.walls.iter().any(|wall| wall.surface.mesh().is_some());
+        let several = has_facets || is_narrow || constants.iter().any(|template| template.parts.len() > 1);
         Ok(Self {
             widest,
             motions: Vec::new(),

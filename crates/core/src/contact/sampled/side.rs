@@ -301,5 +301,7 @@ fn wall_intervals(surface: &Surface, line: &Line) -> Intervals {
                 (None, false) => [whole.filter(|_| parallel_inside), None],
             }
         }
+        // A body meets the planes of a mesh, see `contact::mesh`.
+        Surface::Mesh(_) => [None; 2],
     }
 }

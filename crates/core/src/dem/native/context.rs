@@ -1,20 +1,20 @@
 //! Contacts at one time: overlapping pairs and their relative velocities.
 
 use super::NativeParams;
-use super::failures::{behind_wall, is_too_deep, too_deep};
+use super::failures::{is_too_deep, too_deep};
 use super::films::{Acting, Films};
 use super::forces::{ContactForces, ContactInput, PairEntry};
 use super::order::{IdOrder, PartIndex};
 use super::velocities::KnownVelocities;
 use crate::contact::law::Action;
 use crate::contact::{
-    Body, CohesionLaw, ContactModel, ElasticLaw, GrownShape, Overlap, PairLaw, PairProperties,
-    RelativeMotion, overlap_again, overlap_wall,
+    Body, CohesionLaw, ContactModel, GrownShape, Overlap, PairLaw, PairProperties, RelativeMotion,
+    overlap_again,
 };
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::dem::integrator::Inertia;
-use crate::dem::{ContactKey, ContactState, Load};
+use crate::dem::{ContactKey, Load};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
 use crate::particle::{Particle, PrescribedMotion};
@@ -53,13 +53,13 @@ pub(super) struct PartConstants {
     /// [`ContactModel::reach`] of the shape (m).
     pub(super) bound: f64,
     /// Radius of the sphere of equal volume, or across a body that goes through the box, plus enlargement (m).
-    radius: f64,
+    pub(super) radius: f64,
     /// Distance (m) to a wall below which the part may touch it, hold on to it, or have a film there.
-    near_wall: f64,
+    pub(super) near_wall: f64,
     /// Circumradius of the shape (m).
-    circumradius: f64,
+    pub(super) circumradius: f64,
     /// Thickness of the shape (m).
-    thickness: f64,
+    pub(super) thickness: f64,
     /// Mean curvature of the shape (1/m), if there are films.
     pub(super) mean_curvature: f64,
 }
@@ -121,16 +121,9 @@ fn neck(parts: [&PartConstants; 2], offset: Vec3, law: &PairLaw) -> Option<Overl
     holds.then(|| Overlap::neck(normal * plane, normal, depth))
 }
 
-/// The same of a sphere and a wall, at a distance (m) from its centre along a normal.
-fn wall_neck(part: &PartConstants, (distance, normal): (f64, Vec3), law: &PairLaw) -> Option<Overlap> {
-    let radius = part.shape.sphere().filter(|_| law.cohesion.has_neck())?;
-    let depth = radius - distance;
-    (depth >= -law.cohesion.stretch(radius)).then(|| Overlap::neck(normal * distance, normal, depth))
-}
-
 /// The van der Waals pull of two spheres with these radii (m), that of a wall infinite, whose surfaces are a gap (m) apart along a normal, beside the film
 /// there; `arms` (m) lead from the centres of the bodies to those of the spheres.
-fn with_pull(
+pub(super) fn with_pull(
     film: Option<Acting>,
     model: &ContactModel,
     radii: [Option<f64>; 2],
@@ -220,12 +213,12 @@ impl ContactContext {
     }
 
     /// Material of a particle.
-    fn material(&self, particle: &Particle) -> usize {
+    pub(super) fn material(&self, particle: &Particle) -> usize {
         self.local.store.template(particle).material
     }
 
     /// The motion of one body relative to another, by the [velocities](super::velocities::Velocities::at) of both.
-    fn relative(&self, [a, b]: [[Vec3; 3]; 2], dt: f64) -> RelativeMotion {
+    pub(super) fn relative(&self, [a, b]: [[Vec3; 3]; 2], dt: f64) -> RelativeMotion {
         RelativeMotion {
             velocity: a[0] - b[0],
             before: a[1] - b[1],
@@ -305,6 +298,7 @@ impl ContactContext {
             let (law, levers) = (law(), [overlap.point, overlap.point - offset]);
             let input = ContactInput {
                 key,
+                from: None,
                 indices: touched,
                 law,
                 overlap: &overlap,
@@ -328,108 +322,6 @@ impl ContactContext {
             if is_too_deep(overlap.depth, thinner) && outcome.is_ok() {
                 let partner = format_args!("particle {}", b.id);
                 outcome = Err(too_deep(self.substep, a, partner, overlap.depth, thinner));
-            }
-        }
-        outcome
-    }
-
-    /// Contacts of the owned particles with walls, with sub-steps of `dt` (s), and the films there.
-    pub(super) fn walls(
-        &self,
-        model: &ContactModel,
-        dt: f64,
-        films: &Films,
-        (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
-    ) -> Result<()> {
-        if self.params.walls.is_empty() {
-            return Ok(());
-        }
-        let time = self.substep as f64 * dt;
-        let half = if self.substep > 0 { 0.5 * dt } else { 0.0 };
-        let walls: Vec<_> = self.params.walls.iter().map(|wall| (wall, wall.surface_at(time))).collect();
-        let (store, near) = (&self.local.store, &self.near);
-        let domain = near.decomposition().domain;
-        let has_necks = model.cohesion == CohesionLaw::Jkr;
-        let mut outcome = Ok(());
-        for index in self.owned_parts() {
-            let (i, (particle, of_part)) = (index.particle as usize, self.part(index));
-            let arm = of_part.arm(particle);
-            let centre = arm.map_or(particle.position(), |arm| particle.position() + arm);
-            let constants = self.constants(particle);
-            // Ids of walls fall with their index.
-            for (at, (wall, surface)) in walls.iter().enumerate().rev() {
-                let distance = surface.distance(centre);
-                let radius = of_part.circumradius;
-                if distance >= of_part.near_wall {
-                    continue;
-                }
-                if distance < -radius {
-                    outcome = outcome
-                        .and_then(|()| Err(behind_wall(self.substep, particle, wall, distance, radius)));
-                    continue;
-                }
-                let second = ContactState::of_wall(at);
-                let key = ContactKey { first: particle.id, second, parts: [index.part, 0] };
-                let touched = [Some(i), None];
-                let film = self.at_wall(model, index, (wall, surface, time), films);
-                let body = of_part.body(particle);
-                let law = || &self.laws[self.material(particle) * model.materials.len() + wall.material];
-                let overlap = overlap_wall(model.geometry, &body, &surface.seen_from(centre))
-                    .or_else(|| {
-                        let at = || (distance, -surface.normal(centre));
-                        let neck = has_necks.then(|| wall_neck(of_part, at(), law())).flatten();
-                        neck.filter(|_| forces.history.knows(&key))
-                    })
-                    .filter(|_| !constants.motion.is_complete());
-                let Some(mut overlap) = overlap else {
-                    let radius = of_part.shape.sphere().filter(|_| !constants.motion.is_complete());
-                    let gap = |_| (-surface.normal(centre), distance - radius.unwrap_or_default());
-                    let acting = with_pull(film, model, [radius, Some(f64::INFINITY)], [arm, None], gap);
-                    if let Some(Acting { action, normal, lever }) = acting {
-                        let point = domain.wrap(particle.position() + lever);
-                        forces.add(&PairEntry::apart(key, touched, (point, normal), action), near, store);
-                    }
-                    continue;
-                };
-                let law = law();
-                if let (ElasticLaw::Hertz, Some(radius)) = (law.elastic, of_part.shape.sphere()) {
-                    // In the middle of the depth, as between spheres: that of the overlap is a sixth of the depth further in.
-                    overlap.point = overlap.normal * (radius - 0.5 * overlap.depth);
-                }
-                let point = centre + overlap.point;
-                let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
-                let input = ContactInput {
-                    key,
-                    indices: touched,
-                    law,
-                    overlap: &overlap,
-                    offset: Vec3::zeros(),
-                    properties: PairProperties {
-                        radii: [of_part.radius, f64::INFINITY],
-                        masses: [constants.inertia.mass, f64::INFINITY],
-                        dt,
-                    },
-                    motion: self.relative(
-                        [
-                            velocities.of(i, || self.velocities(i, dt)).at(&overlap.point, law),
-                            [
-                                wall.velocity(point, time),
-                                wall.velocity(point, time - half),
-                                wall.motion.angular_velocity.at(time - half),
-                            ],
-                        ],
-                        dt,
-                    ),
-                    point: domain.wrap(point),
-                };
-                let entry = forces.evaluate(&input);
-                let entry = film.map_or(entry, |film| entry.with(&film.action));
-                forces.add(&entry, near, store);
-                if is_too_deep(overlap.depth, of_part.thickness) && outcome.is_ok() {
-                    let partner = format_args!("wall `{}`", wall.name);
-                    let (depth, thickness) = (overlap.depth, of_part.thickness);
-                    outcome = Err(too_deep(self.substep, particle, partner, depth, thickness));
-                }
             }
         }
         outcome

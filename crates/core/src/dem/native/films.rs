@@ -150,12 +150,15 @@ impl ContactContext {
         Placed::new(lubrication, &gap, mean, Partner::Body)
     }
 
-    /// The film between a part of a particle and the surface of a wall.
+    /// The film between a part of a particle and the surface of a wall; none at a mesh.
     fn wall_film(
         lubrication: &Lubrication,
         (particle, part): (&Particle, &PartConstants),
         surface: &Surface,
     ) -> Option<Placed> {
+        if surface.mesh().is_some() {
+            return None;
+        }
         let (arm, range) = (part.arm(particle), lubrication.range());
         let centre = arm.map_or(particle.position(), |arm| particle.position() + arm);
         let distance = surface.distance(centre);

@@ -87,6 +87,8 @@ pub(super) struct ContactInput<'a> {
     pub(super) key: ContactKey,
     /// Indices of the particles; none for a wall.
     pub(super) indices: [Option<usize>; 2],
+    /// The contact of the sub-step before that goes on as this one, if it has another key.
+    pub(super) from: Option<ContactKey>,
     /// Law of the two materials.
     pub(super) law: &'a PairLaw,
     /// Geometry.
@@ -156,8 +158,8 @@ impl ContactForces {
 
     /// Finds or begins the history of a contact and evaluates its force, which [`add`](Self::add) adds to both bodies.
     pub(super) fn evaluate(&mut self, input: &ContactInput) -> PairEntry {
-        let ContactInput { key, indices, law, overlap, point, .. } = *input;
-        let (memory, begun) = self.history.remember(key, |memory| law.begin(memory));
+        let ContactInput { key, from, indices, law, overlap, point, .. } = *input;
+        let (memory, begun) = self.history.remember(key, from.as_ref(), |memory| law.begin(memory));
         self.begun += u64::from(begun);
         PairEntry {
             key,

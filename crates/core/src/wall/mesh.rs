@@ -1,0 +1,200 @@
+//! Walls from meshes: facets with their neighbours, and a tree to find them by.
+//!
+//! A closed mesh encloses a region, which is wall, or the free space of a container; all facets are turned so that their normals
+//! point into the free space, whatever the order of their corners in the file. Of several closed surfaces, one within another is
+//! a cavity, and what overlaps counts as one. An open mesh is a sheet without thickness, which is a wall on both sides.
+//!
+//! `V = sum a . (b x c) / 6` over the facets `a b c`, by the divergence theorem.
+
+mod crossing;
+mod nearest;
+mod topology;
+mod tree;
+
+use crate::math::{Vec3, bounding_box};
+pub use nearest::{Feature, NearestPoint};
+use std::fmt::{Display, Formatter};
+pub use topology::Flaw;
+use topology::{Edges, Oriented};
+use tree::Tree;
+
+/// The side of a mesh on which the free space is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FreeSide {
+    /// Outside of a closed mesh: an obstacle.
+    Outside,
+    /// Inside of a closed mesh: a container.
+    Inside,
+    /// On both sides, of a sheet without thickness.
+    Both,
+}
+
+impl Display for FreeSide {
+    fn fmt(&self, out: &mut Formatter<'_>) -> std::fmt::Result {
+        out.write_str(match self {
+            Self::Outside => "outside",
+            Self::Inside => "inside",
+            Self::Both => "both",
+        })
+    }
+}
+
+/// A triangle of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Facet {
+    /// Its vertices, counter-clockwise seen from where its normal points to.
+    pub vertices: [u32; 3],
+    /// Unit normal, into the free space; zero if it has no area.
+    pub normal: Vec3,
+    /// The facet beyond each edge, from a vertex to the next one; none at a rim, or where more than two facets meet.
+    pub beyond: [Option<u32>; 3],
+    /// Numbers of its edges.
+    edges: [u32; 3],
+}
+
+/// A mesh in its own frame (m).
+#[derive(Clone, Debug)]
+pub struct WallMesh {
+    vertices: Vec<Vec3>,
+    facets: Vec<Facet>,
+    edges: Edges,
+    /// Angle-weighted sums of the normals of the facets round each vertex.
+    vertex_normals: Vec<Vec3>,
+    free: FreeSide,
+    bounds: [Vec3; 2],
+    tree: Tree,
+}
+
+impl PartialEq for WallMesh {
+    fn eq(&self, other: &Self) -> bool {
+        let corners = |of: &Self| of.facets.iter().map(|facet| facet.vertices).collect::<Vec<_>>();
+        self.free == other.free && self.vertices == other.vertices && corners(self) == corners(other)
+    }
+}
+
+impl WallMesh {
+    /// The mesh of these vertices (m) and facets, with the free space on a side: without one outside of a mesh that is closed, else on
+    /// both sides.
+    ///
+    /// # Errors
+    /// What keeps it from having an inside, if `free` needs one.
+    ///
+    /// # Panics
+    /// If there are no facets, or one has a vertex that is not there, or not finite, or one vertex twice.
+    pub fn new(vertices: Vec<Vec3>, facets: Vec<[u32; 3]>, free: Option<FreeSide>) -> Result<Self, Flaw> {
+        assert!(!facets.is_empty() && vertices.iter().flatten().all(|x| x.is_finite()));
+        assert!(facets.iter().all(|[a, b, c]| a != b && b != c && c != a));
+        let boxes = |facets: &[[u32; 3]]| -> Vec<[Vec3; 2]> {
+            let of = |facet: &[u32; 3]| bounding_box(facet.map(|vertex| vertices[vertex as usize])).into();
+            facets.iter().map(of).collect()
+        };
+        let edges = Edges::new(&facets);
+        let Oriented { mut facets, flaw } = topology::oriented(facets, &edges);
+        let free = match (free, flaw) {
+            (Some(FreeSide::Both), _) | (None, Some(_)) => FreeSide::Both,
+            (Some(_), Some(flaw)) => return Err(flaw.at(&vertices)),
+            (known, None) => known.unwrap_or(FreeSide::Outside),
+        };
+        let tree = Tree::new(&boxes(&facets));
+        if free != FreeSide::Both {
+            topology::turn_outwards(&mut facets, &vertices, &edges, &tree);
+        }
+        if free == FreeSide::Inside {
+            facets.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+        }
+        // The numbers of edges follow the order of the corners.
+        let edges = Edges::new(&facets);
+        let facets: Vec<Facet> = (facets.iter().enumerate())
+            .map(|(n, &corners)| {
+                let [a, b, c] = corners.map(|vertex| vertices[vertex as usize]);
+                let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
+                let own = edges.of_facet[n];
+                let beyond = own.map(|edge| edges.beyond(edge, n as u32));
+                Facet { vertices: corners, normal, beyond, edges: own }
+            })
+            .collect();
+        let vertex_normals = topology::vertex_normals(&vertices, &facets);
+        let bounds = bounding_box(
+            facets.iter().flat_map(|facet| facet.vertices.map(|vertex| vertices[vertex as usize])),
+        );
+        Ok(Self { vertex_normals, bounds: bounds.into(), vertices, facets, edges, free, tree })
+    }
+
+    /// Vertices (m).
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+
+    /// Facets.
+    pub fn facets(&self) -> &[Facet] {
+        &self.facets
+    }
+
+    /// Corners of a facet (m).
+    #[inline]
+    pub fn corners(&self, facet: u32) -> [Vec3; 3] {
+        self.facets[facet as usize].vertices.map(|vertex| self.vertices[vertex as usize])
+    }
+
+    /// The side on which the free space is.
+    pub fn free(&self) -> FreeSide {
+        self.free
+    }
+
+    /// True if it encloses a region that is wall, or the free space.
+    pub fn is_closed(&self) -> bool {
+        self.free != FreeSide::Both
+    }
+
+    /// Lower and upper corner of the box that holds it (m).
+    pub fn bounds(&self) -> [Vec3; 2] {
+        self.bounds
+    }
+
+    /// Volume that a closed mesh encloses (m^3); none of a sheet.
+    pub fn volume(&self) -> Option<f64> {
+        // About the middle: the sum of large numbers far from the origin would lose digits.
+        let origin = (self.bounds[0] + self.bounds[1]) * 0.5;
+        let tetrahedron = |facet: u32| {
+            let [a, b, c] = self.corners(facet).map(|corner| corner - origin);
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        self.is_closed().then(|| (0..self.facets.len() as u32).map(tetrahedron).sum::<f64>().abs())
+    }
+
+    /// Area of all facets (m^2).
+    pub fn area(&self) -> f64 {
+        let area = |facet: u32| {
+            let [a, b, c] = self.corners(facet);
+            0.5 * (b - a).cross(&(c - a)).norm()
+        };
+        (0..self.facets.len() as u32).map(area).sum()
+    }
+
+    /// Least width of the enclosed region of a closed mesh (m), along the normals of at most `samples` facets from their middles; none of a sheet.
+    pub fn thinnest(&self, samples: usize) -> Option<f64> {
+        let reach = (self.bounds[1] - self.bounds[0]).norm();
+        let sign = if self.free == FreeSide::Inside { 1.0 } else { -1.0 };
+        let across = |n: usize| -> Option<f64> {
+            let facet = (n * self.facets.len() / samples.min(self.facets.len())) as u32;
+            let [a, b, c] = self.corners(facet);
+            let (middle, way) =
+                ((a + b + c) / 3.0, self.facets[facet as usize].normal * (sign * 2.0 * reach));
+            let part = self.crossing_but(&middle, &(middle + way), Some(facet))?.part;
+            (way != Vec3::zeros()).then_some(part * way.norm())
+        };
+        let all = (0..samples.min(self.facets.len())).filter_map(across);
+        self.is_closed().then(|| all.fold(f64::INFINITY, f64::min))
+    }
+
+    /// Appends the facets whose boxes a box meets, given by its lower and upper corner (m), ascending.
+    #[inline]
+    pub fn facets_in(&self, bounds: &[Vec3; 2], found: &mut Vec<u32>) {
+        let first = found.len();
+        self.tree.each(bounds, |facet| found.push(facet));
+        found[first..].sort_unstable();
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests;
