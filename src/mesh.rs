@@ -1,11 +1,12 @@
-//! Bodies from files: STL (text or binary) and OBJ.
+//! Bodies and walls from files: STL (text or binary) and OBJ.
 //!
-//! A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex; or as its convex
+//! A [wall](wall()) may be any surface. A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex; or as its convex
 //! hull. Normals in the file are ignored, and so are facets that enclose nothing (`surface.rs`). Facets count from 0; polygons of
 //! an OBJ file count as the triangles they are split into.
 
 mod stl;
 mod surface;
+mod wall;
 
 use crate::math::{Vec3, bounding_box};
 use crate::shape::error::check_size;
@@ -16,6 +17,7 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::Path;
 use surface::Surface;
+pub use wall::wall;
 
 /// Most facets of a file, before those in one plane are joined and the convex hull is taken.
 const MOST_FACETS: usize = 200_000;
@@ -138,15 +140,19 @@ pub fn decimal_precision(points: &[Vec3]) -> f64 {
     if relative <= DECIMAL { relative } else { 0.0 }
 }
 
-/// Checks that facets are the surface of a convex body, and builds it.
-fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<Mesh, String> {
+/// Refuses corners that are not finite.
+fn check_finite(facets: &[[Vec3; 3]], scale: f64) -> Result<(), String> {
     for (n, facet) in facets.iter().enumerate() {
         if let Some(corner) = facet.iter().find(|corner| !corner.iter().all(|x| (x * scale).is_finite())) {
             let [x, y, z] = (*corner).into();
             return Err(format!("facet {n} has a corner at ({x}, {y}, {z}); export the mesh again"));
         }
     }
-    let scaled: Vec<[Vec3; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
+    Ok(())
+}
+
+/// Relative precision of the corners of facets, the extent of these (m), and a note for the user if they are rounded much.
+fn tolerance(facets: &[[Vec3; 3]], scaled: &[[Vec3; 3]], rounding: f64) -> ((f64, f64), Option<String>) {
     let (low, high) = bounding_box(scaled.iter().flatten().copied());
     let extent = (high - low).norm();
     // Far from the origin single precision has fewer digits for the body.
@@ -155,12 +161,20 @@ fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<M
     let precision = SINGLE_PRECISION.max(lost.min(COARSEST)).max(decimal_precision(facets.as_flattened()));
     let rounded = (lost > REPORTED).then(|| {
         format!(
-            "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of the extent \
-             of the body; move the mesh to the origin and export it again",
+            "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of its \
+             extent; move the mesh to the origin and export it again",
             lost * extent,
             100.0 * lost
         )
     });
+    ((precision, extent), rounded)
+}
+
+/// Checks that facets are the surface of a convex body, and builds it.
+fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<Mesh, String> {
+    check_finite(facets, scale)?;
+    let scaled: Vec<[Vec3; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
+    let ((precision, extent), rounded) = tolerance(facets, &scaled, rounding);
     let surface = Surface::new(&scaled, precision * extent);
     let checked = checked(&surface, &scaled, precision, hull);
     let (body, placement, mut notes) = checked.map_err(|problem| match &rounded {

@@ -85,7 +85,7 @@ pub fn pack(
     // Those that begin behind a wall would all end up beside it.
     positions.extend(balls.iter().map(|_| {
         let first = draw();
-        let behind = |at: &Vec3| walls.iter().any(|wall| wall.distance(*at) < 0.0);
+        let behind = |at: &Vec3| walls.iter().any(|wall| wall.is_wall(*at));
         if behind(&first) {
             (1..DRAWS).map(|_| draw()).find(|at| !behind(at)).unwrap_or(first)
         } else {

@@ -43,7 +43,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ),
     ("output", "checkpoint plot dem particle shape wall domain math input error"),
     ("plot", ""),
-    ("mesh", "shape math input"),
+    ("mesh", "shape wall math input"),
     ("engine", "liggghts process error"),
     ("liggghts", "process dem contact wall math"),
     ("process", "dem contact particle shape wall domain comm math memory error"),

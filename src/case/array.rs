@@ -43,7 +43,7 @@ impl FixedArray {
         if count == 0 {
             return None;
         }
-        let walls: Vec<Surface> = setup.walls.iter().map(|wall| wall.surface).collect();
+        let walls: Vec<Surface> = setup.walls.iter().map(|wall| wall.surface.clone()).collect();
         let filled = Filled::by(&setup.domain, &walls, &setup.templates, bodies.clone());
         let apart = libm::cbrt(setup.domain.volume() / count as f64);
         let size = setup.domain.size();

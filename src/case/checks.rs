@@ -1,10 +1,10 @@
 //! The case as a document: the position of every key, and errors with key, position, value and remedy.
 
 use super::FluidSetup;
-use super::file::{Case, Duration, Every};
+use super::file::{Case, Duration, Every, OrientationSection};
 use crate::document::{Schema, Source};
 use crate::error::{Error, Result};
-use crate::math::Vec3;
+use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
@@ -110,6 +110,40 @@ impl<'a> Document<'a> {
         (Vec3::from(vector).try_normalize(0.0)).ok_or_else(|| {
             self.out_of_range(key, "[0, 0, 0]", "a direction of any length but 0", "e.g. [0, 0, 1]")
         })
+    }
+
+    /// An orientation from an axis and an angle, or from a quaternion.
+    pub(super) fn orientation(&self, key: &str, given: &OrientationSection) -> Result<Quat> {
+        let example = "e.g. { axis = [0, 0, 1], angle = 45 }";
+        let zero = |name: &str, value: &str, remedy: &str| {
+            self.out_of_range(&format!("{key}.{name}"), value, "not all zero", remedy)
+        };
+        let (axis, angle) = match (given.axis, given.angle, given.quaternion) {
+            (_, None, Some([i, j, k, w])) => {
+                let norm = (i * i + j * j + k * k + w * w).sqrt();
+                if !norm.is_finite() || norm <= 0.0 {
+                    return Err(zero("quaternion", "[0, 0, 0, 0]", "[i, j, k, w]"));
+                }
+                let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
+                return Ok(Quat::new_unchecked(unit));
+            }
+            (_, Some(_), Some(_)) => {
+                let title = format!("`{key}.angle` belongs to an axis, but there is a quaternion");
+                let key = format!("{key}.angle");
+                return Err(self.error(&key, &title, "has no effect here", "remove it"));
+            }
+            (Some(axis), Some(angle), None) => (axis, angle),
+            (_, _, None) => {
+                let title = format!("`{key}` has an axis, but no angle");
+                return Err(self.error(key, &title, "by how much?", example));
+            }
+        };
+        let Some(axis) = Vec3::from(axis).try_normalize(0.0) else {
+            return Err(zero("axis", "[0, 0, 0]", example));
+        };
+        let half = 0.5 * angle.to_radians();
+        let (sine, cosine) = (libm::sin(half), libm::cos(half));
+        Ok(Quat::new_normalize(Quaternion::from_parts(cosine, axis * sine)))
     }
 
     /// A length of time in whole steps, at least one.

@@ -122,6 +122,7 @@ pub(super) fn refuse_walls(document: &Document, engine: &EngineChoice, walls: &[
         let what = match &wall.surface {
             _ if !wall.motion.is_steady() => "varies its velocity",
             _ if !wall.motion.angular_velocity.is_zero() => "turns",
+            Surface::Mesh(_) => "is a mesh",
             Surface::Plane { normal, .. } if lies_askew(normal) => "is a plane across none of x, y, z",
             Surface::Plane { normal, .. } if moves_along(normal) => "moves along its normal",
             Surface::Plane { .. } if lies_askew(&velocity) => "slides along none of x, y, z",

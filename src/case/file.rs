@@ -40,7 +40,7 @@ pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUni
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 pub use walls::{
     DiscSection, FACES, FaceSection, InletSection, OutletSection, PatchSection, PlaneSection, ProfileKind,
-    RectangleSection, RoundSection, WallSection, WallShape,
+    RectangleSection, RoundSection, SideKind, WallMeshSection, WallSection, WallShape,
 };
 
 /// Remedy for a dynamic viscosity.

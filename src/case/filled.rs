@@ -52,7 +52,7 @@ impl Filled {
             Self { points, volume: apart.product(), free: vec![true; count], solid: vec![false; count] };
         if !walls.is_empty() {
             filled.each([0; 3], points.map(|n| n as i64 - 1), domain, |filled, index, n| {
-                filled.free[index] = walls.iter().all(|wall| wall.distance(at(n)) > 0.0);
+                filled.free[index] = walls.iter().all(|wall| !wall.is_wall(at(n)));
             });
         }
         for body in bodies {

@@ -132,7 +132,7 @@ fn volume_passed(region: &Region, reach: f64, speed: Vec3, time: f64) -> f64 {
 }
 
 /// Free particles that are removed during a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Removal {
     /// Their `[[particles]]` section, if not all.
     pub section: Option<usize>,
@@ -141,7 +141,7 @@ pub struct Removal {
 }
 
 /// Place at which particles are removed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum RemovedFrom {
     /// Those whose centre is in it.
     Region(Region),
@@ -155,7 +155,7 @@ impl Removal {
     /// True of a particle that reaches this far (m) and is removed, if it would touch an outlet within a `time` (s).
     pub fn removes(&self, particle: &Particle, reach: f64, time: f64) -> bool {
         let at = particle.position();
-        match self.from {
+        match &self.from {
             RemovedFrom::Region(region) => region.has(at),
             RemovedFrom::Plane(plane) => plane.distance(at) < 0.0,
             RemovedFrom::Outlet(face) => {

@@ -1,7 +1,7 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
 use super::checks::Document;
-use super::file::{Axis, LengthUnit, MeshSection, NamedUnit, ParticleSection, ShapeSection, Sizes};
+use super::file::{Axis, LengthUnit, MeshSection, ParticleSection, ShapeSection, Sizes};
 use super::files::Files;
 use super::listed::Listed;
 use super::materials::Materials;
@@ -326,14 +326,7 @@ impl Shapes<'_> {
     }
 
     fn mesh(&self, section: &MeshSection, scale: f64) -> Result<(Arc<dyn Shape>, Quat)> {
-        let unit = match section.unit {
-            None | Some(LengthUnit::Named(NamedUnit::M)) => 1.0,
-            Some(LengthUnit::Named(NamedUnit::Cm)) => 1e-2,
-            Some(LengthUnit::Named(NamedUnit::Mm)) => 1e-3,
-            Some(LengthUnit::Named(NamedUnit::Um)) => 1e-6,
-            Some(LengthUnit::Named(NamedUnit::In)) => 0.0254,
-            Some(LengthUnit::Metres(metres)) => metres,
-        };
+        let unit = section.unit.map_or(1.0, LengthUnit::metres);
         let (factor, path) = (scale * unit * section.scale, self.files.path(&section.file));
         let bad = |e: ShapeError| self.bad(".file", &e);
         if let Some(shape) = self.files.shape(&section.file) {

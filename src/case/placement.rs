@@ -6,13 +6,12 @@ mod random;
 mod relaxed;
 
 use super::checks::Document;
-use super::file::{Entry, MovingEntry, OrientationSection};
+use super::file::{Entry, MovingEntry};
 use super::filled::Filled;
 use super::kinds::Kinds;
 use super::walls::PlacedWall;
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::math::nalgebra::Quaternion;
 use crate::math::{Quat, Vec3};
 use crate::particle::{Particle, Template};
 use crate::wall::Surface;
@@ -106,7 +105,7 @@ impl Placer<'_> {
 
     /// Volume (m^3) of the box outside of walls that bodies with prescribed motion fill, where they overlap.
     fn filled(&self, particles: &[Particle]) -> f64 {
-        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
+        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
         let bodies = particles.iter().filter(|p| self.is_prescribed(p));
         Filled::by(&self.domain, &walls, &self.kinds.templates, bodies).solid_volume()
     }
@@ -129,7 +128,7 @@ impl Placer<'_> {
         let position = self.inside(&format!("`{key}`"), &key, moving.position.into())?;
         let kind = &self.kinds.sections[index];
         let given = match &moving.orientation {
-            Some(section) => self.orientation(&format!("{key}.orientation"), section)?,
+            Some(section) => self.document.orientation(&format!("{key}.orientation"), section)?,
             None => Quat::identity(),
         };
         let motion = [moving.velocity, moving.angular_velocity].map(Vec3::from);
@@ -154,40 +153,6 @@ impl Placer<'_> {
         let momentum = self.template(&particle).inertia().component_mul(&in_body);
         particle.angular_momentum = orientation.transform_vector(&momentum).into();
         particle
-    }
-
-    /// An orientation from an axis and an angle, or from a quaternion.
-    pub(super) fn orientation(&self, key: &str, given: &OrientationSection) -> Result<Quat> {
-        let example = "e.g. { axis = [0, 0, 1], angle = 45 }";
-        let zero = |name: &str, value: &str, remedy: &str| {
-            self.document.out_of_range(&format!("{key}.{name}"), value, "not all zero", remedy)
-        };
-        let (axis, angle) = match (given.axis, given.angle, given.quaternion) {
-            (_, None, Some([i, j, k, w])) => {
-                let norm = (i * i + j * j + k * k + w * w).sqrt();
-                if !norm.is_finite() || norm <= 0.0 {
-                    return Err(zero("quaternion", "[0, 0, 0, 0]", "[i, j, k, w]"));
-                }
-                let unit = Quaternion::new(w / norm, i / norm, j / norm, k / norm);
-                return Ok(Quat::new_unchecked(unit));
-            }
-            (_, Some(_), Some(_)) => {
-                let title = format!("`{key}.angle` belongs to an axis, but there is a quaternion");
-                let key = format!("{key}.angle");
-                return Err(self.document.error(&key, &title, "has no effect here", "remove it"));
-            }
-            (Some(axis), Some(angle), None) => (axis, angle),
-            (_, _, None) => {
-                let title = format!("`{key}` has an axis, but no angle");
-                return Err(self.document.error(key, &title, "by how much?", example));
-            }
-        };
-        let Some(axis) = Vec3::from(axis).try_normalize(0.0) else {
-            return Err(zero("axis", "[0, 0, 0]", example));
-        };
-        let half = 0.5 * angle.to_radians();
-        let (sine, cosine) = (libm::sin(half), libm::cos(half));
-        Ok(Quat::new_normalize(Quaternion::from_parts(cosine, axis * sine)))
     }
 
     /// The position if it lies in the box, wrapped: the upper faces are the lower ones.

@@ -20,7 +20,7 @@ use super::schedule::{Known, of_machine, reschedule, title};
 use super::space::{
     domain, refuse_double_contacts, refuse_passages, refuse_shared_cells, refuse_what_is_too_large,
 };
-use super::walls::{PlacedWall, free_volume, walls};
+use super::walls::{PlacedWall, free_volume, refuse_beside_meshes, walls};
 use super::{FluidSetup, Provenance, RunPlan, Setup};
 use crate::document::Source;
 use crate::domain::Domain;
@@ -153,9 +153,10 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     refuse_what_is_too_large(document, &kinds, &domain, (&reaches, &engine))?;
     let contact = document.case.contact.enabled.then(|| model.clone());
     let reach = reaches.iter().copied().fold(0.0, f64::max);
-    let walls = walls(document, &domain, &materials, reach)?;
+    let walls = walls(document, &domain, &materials, (&files, &mut notes), reach)?;
     let inlets = open_faces(document, &mut domain, &walls)?;
     refuse_walls(document, &engine, &walls)?;
+    refuse_beside_meshes(document, &walls, templates, &model)?;
     refuse_cohesion(document, &kinds, &walls, &model)?;
     let substeps = document.case.contact.substeps;
     let mut pressures = BTreeMap::new();

@@ -141,11 +141,11 @@ impl Setup {
         let (size, faces) = (self.domain.size(), self.domain.faces);
         let widths = self.walls.iter().map(|wall| {
             let face = Self::face_of(wall);
-            let width = match wall.surface {
+            let width = match &wall.surface {
                 Surface::Plane { normal, .. } => size.dot(&normal.abs()),
-                Surface::Cylinder { radius, pipe: true, .. } => 2.0_f64.sqrt() * radius,
+                Surface::Cylinder { radius, pipe: true, .. } => 2.0_f64.sqrt() * *radius,
                 // It leaves no wider a gap than the box.
-                Surface::Cylinder { .. } => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
+                Surface::Cylinder { .. } | Surface::Mesh(_) => size[(axis + 1) % 3].min(size[(axis + 2) % 3]),
             };
             match face.map(|n| [faces[n], faces[n ^ 1]]) {
                 Some([Face::FreeSlip, _]) => f64::INFINITY,
@@ -375,23 +375,29 @@ fn approach_speed(wall: &Wall, size: &Vec3) -> f64 {
         let speeds = of.span().into_iter().map(across);
         if let TimeFunction::Table(_) = of { speeds.fold(0.0, f64::max) } else { speeds.sum() }
     };
-    let (axis, is_plane) = match wall.surface {
-        Surface::Plane { normal, .. } => (normal, true),
-        Surface::Cylinder { axis, .. } => (axis, false),
+    let (axis, is_plane) = match &wall.surface {
+        Surface::Plane { normal, .. } => (*normal, true),
+        Surface::Cylinder { axis, .. } => (*axis, false),
+        Surface::Mesh(_) => return wall_speed(wall, size),
     };
     let across = |v: Vec3| if is_plane { v.dot(&axis).abs() } else { v.cross(&axis).norm() };
     fastest(&wall.motion.velocity, &across)
         + fastest(&wall.motion.angular_velocity, &|w| w.cross(&axis).norm()) * arm(wall, size)
 }
 
-/// Length (m) by which a wall that turns moves: of a plane half the diagonal of the box along it from its pivot.
+/// Length (m) by which a wall that turns moves: of a plane half the diagonal of the box along it from its pivot, of a mesh the distance of
+/// its furthest vertex.
 fn arm(wall: &Wall, size: &Vec3) -> f64 {
-    match wall.surface {
+    match &wall.surface {
+        Surface::Mesh(placed) => {
+            let pivot = placed.to_own(&wall.motion.pivot);
+            placed.mesh.vertices().iter().map(|vertex| (vertex - pivot).norm()).fold(0.0, f64::max)
+        }
         Surface::Plane { normal, .. } => {
             let across = size.dot(&normal.abs());
             0.5 * (size.norm_squared() - across * across).max(0.0).sqrt()
         }
-        Surface::Cylinder { radius, .. } => radius,
+        Surface::Cylinder { radius, .. } => *radius,
     }
 }
 

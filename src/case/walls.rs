@@ -1,19 +1,25 @@
 //! Closed faces of the box and other walls.
 
+mod mesh;
+
 use super::checks::Document;
 use super::file::{FACES, RoundSection, WallSection, WallShape};
+use super::files::Files;
 use super::materials::Materials;
 use crate::coupling::check_motion;
 use crate::domain::{Domain, Face};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::{Motion, Surface, Wall};
+pub(super) use mesh::refuse_beside_meshes;
 
 /// Points in each direction at which the faces of the box are looked at.
 const SAMPLES: usize = 17;
 
 /// Most points in each direction at which the free volume is measured.
 const FINEST: usize = 256;
+/// The same where there is a mesh.
+const FINEST_AT_MESHES: usize = 64;
 
 /// A wall, and the key of the case that describes it.
 #[derive(Clone, Debug)]
@@ -29,17 +35,18 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// All walls: the closed faces, lower before upper, then those listed.
 ///
-/// `reach` (m) is how far a particle extends from its centre at most.
+/// `reach` (m) is how far a particle extends from its centre at most. Adds notes on meshes.
 pub(super) fn walls(
     document: &Document,
     domain: &Domain,
     materials: &Materials,
+    (files, notes): (&Files, &mut Vec<String>),
     reach: f64,
 ) -> Result<Vec<PlacedWall>> {
     let builder = Builder { document, domain, materials };
     let mut walls = builder.faces()?;
     for (index, section) in document.case.walls.iter().enumerate() {
-        let placed = builder.listed(format!("walls.{index}"), section)?;
+        let placed = builder.listed((files, notes), format!("walls.{index}"), section)?;
         if walls.iter().any(|other| other.wall.name == placed.wall.name) {
             let key = format!("{}.name", placed.key);
             let title = format!("`{key}` is \"{}\", the name of another wall", placed.wall.name);
@@ -51,6 +58,11 @@ pub(super) fn walls(
     }
     if document.case.dry.is_none() {
         for PlacedWall { wall, key, .. } in &walls {
+            if wall.surface.mesh().is_some() {
+                let title = format!("the wall \"{}\" is a mesh, which a fluid cannot have yet", wall.name);
+                let remedy = "meshes are walls of dry runs (`[dry]`); with a fluid take planes, pipes, rods, or fixed bodies";
+                return Err(document.error(key, &title, "a mesh", remedy));
+            }
             check_motion(wall).map_err(|what| {
                 document.error(
                     key,
@@ -74,10 +86,12 @@ pub(super) fn free_volume(domain: &Domain, walls: &[PlacedWall]) -> f64 {
     if walls.is_empty() {
         return domain.volume();
     }
-    let counts = domain.cells.map(|n| n.min(FINEST));
+    let has_mesh = walls.iter().any(|placed| placed.wall.surface.mesh().is_some());
+    let finest = if has_mesh { FINEST_AT_MESHES } else { FINEST };
+    let counts = domain.cells.map(|n| n.min(finest));
     let points =
         grid(counts).map(|at| Vec3::from_fn(|i, _| size[i] * (at[i] as f64 + 0.5) / counts[i] as f64));
-    let free = points.filter(|at| walls.iter().all(|wall| wall.wall.surface.distance(*at) > 0.0)).count();
+    let free = points.filter(|at| walls.iter().all(|wall| !wall.wall.surface.is_wall(*at))).count();
     domain.volume() * free as f64 / counts.iter().product::<usize>() as f64
 }
 
@@ -138,7 +152,12 @@ impl Builder<'_> {
         Ok(walls)
     }
 
-    fn listed(&self, key: String, section: &WallSection) -> Result<PlacedWall> {
+    fn listed(
+        &self,
+        files: (&Files, &mut Vec<String>),
+        key: String,
+        section: &WallSection,
+    ) -> Result<PlacedWall> {
         let name = section.name.trim();
         if name.is_empty() {
             let key = format!("{key}.name");
@@ -161,6 +180,10 @@ impl Builder<'_> {
             }
             WallShape::Pipe(pipe) => round(pipe, "pipe", true)?,
             WallShape::Rod(rod) => round(rod, "rod", false)?,
+            WallShape::Mesh(section) => {
+                let placed = mesh::placed(self.document, files, (&key, name), section)?;
+                (Surface::Mesh(placed), section.position)
+            }
         };
         let motion = Motion {
             velocity: section.velocity.function(),
@@ -175,6 +198,9 @@ impl Builder<'_> {
 
     /// Refuses a wall that leaves nothing of the box, or that has no part in it.
     fn meets_the_box(&self, placed: &PlacedWall) -> Result<()> {
+        if placed.wall.surface.mesh().is_some() {
+            return mesh::meets_the_box(self.document, self.domain, placed);
+        }
         let size = self.domain.size();
         let (mut nearest, mut furthest) = (f64::INFINITY, f64::NEG_INFINITY);
         for index in grid([SAMPLES; 3]) {
@@ -208,7 +234,13 @@ impl Builder<'_> {
     /// Refuses a wall that is not the same on both sides of a periodic pair of faces, unless it is far from them.
     fn agrees_with_periodic_faces(&self, placed: &PlacedWall, reach: f64) -> Result<()> {
         let size = self.domain.size();
-        for axis in (0..3).filter(|&i| self.domain.is_periodic(i)) {
+        let clear = |axis: usize| {
+            // A mesh may be far from the faces, which need no search then.
+            placed.wall.surface.mesh().map(mesh::bounds).is_some_and(|[low, high]| {
+                placed.wall.motion.rests() && low[axis] > reach && high[axis] < size[axis] - reach
+            })
+        };
+        for axis in (0..3).filter(|&i| self.domain.is_periodic(i) && !clear(i)) {
             let mut counts = [SAMPLES; 3];
             counts[axis] = 1;
             for index in grid(counts) {

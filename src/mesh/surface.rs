@@ -6,9 +6,9 @@
 
 use super::TAKE_HULL;
 use crate::math::Vec3;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-/// Facets that an error lists by their numbers.
+/// Facets that a message lists by their numbers.
 const LISTED: usize = 6;
 
 /// A facet: its number in the file, and its vertices, the least first.
@@ -94,6 +94,42 @@ impl Surface {
         degenerate.sort_unstable();
         let duplicated = (0..facets.len()).filter(|&number| !is_kept[number]).collect();
         Self { vertices: welded.vertices, facets: kept, duplicated, degenerate }
+    }
+
+    /// All facets with an area, each once: those of a surface that encloses nothing.
+    pub(super) fn sheet(facets: &[[Vec3; 3]], tolerance: f64) -> Self {
+        let mut welded = Welded { spacing: tolerance, cells: BTreeMap::new(), vertices: Vec::new() };
+        let (mut seen, mut kept) = (BTreeSet::new(), Vec::new());
+        let (mut duplicated, mut degenerate) = (Vec::new(), Vec::new());
+        for (number, corners) in facets.iter().enumerate() {
+            let facet = Facet::new(number, corners.map(|corner| welded.number(corner)));
+            let [a, b, c] = facet.vertices;
+            let mut key = facet.vertices;
+            key.sort_unstable();
+            if a == b || b == c || c == a || height(corners) <= tolerance {
+                degenerate.push(number);
+            } else if seen.insert(key) {
+                kept.push(facet);
+            } else {
+                duplicated.push(number);
+            }
+        }
+        Self { vertices: welded.vertices, facets: kept, duplicated, degenerate }
+    }
+
+    /// True if no facet is left.
+    pub(super) fn is_empty(&self) -> bool {
+        self.facets.is_empty()
+    }
+
+    /// Vertices (m) and facets.
+    pub(super) fn parts_of_mesh(&self) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+        (self.vertices.clone(), self.facets.iter().map(|facet| facet.vertices).collect())
+    }
+
+    /// Facets, given by their index among those that are left, in words with their numbers in the file.
+    pub(super) fn listed(&self, facets: &[u32]) -> String {
+        list(&facets.iter().map(|&index| self.facets[index as usize].number).collect::<Vec<_>>())
     }
 
     /// Corners of the facets, as the file has them; of all of them if none is left.

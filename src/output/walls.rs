@@ -1,6 +1,6 @@
 //! The walls as VTK polygons (`walls.vtp`), clipped to the box.
 //!
-//! Planes are single polygons, cylinders are tubes of [`FACETS`] strips. Point data: `wall`, the index of the wall in the
+//! Planes are single polygons, cylinders are tubes of [`FACETS`] strips, meshes are their facets. Point data: `wall`, the index of the wall in the
 //! order of the case, which is also that in `summary.json`; `velocity` (m/s); exact `Normals`, into the free space.
 
 use super::polydata::PolyData;
@@ -25,7 +25,7 @@ pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
             let points: Vec<u64> = polygon.iter().map(|&at| data.point(at)).collect();
             data.polygon(points);
             velocities.extend(polygon.iter().map(|&at| wall.velocity(at, 0.0)));
-            normals.extend(polygon.iter().map(|&at| wall.surface.normal(at)));
+            normals.extend(normals_of(&wall.surface, &polygon));
             indices.extend(polygon.iter().map(|_| index as u32));
         }
     }
@@ -47,6 +47,9 @@ pub fn area(surface: &Surface, size: &Vec3) -> f64 {
 /// The part of a surface inside of the box from the origin to `size`, counter-clockwise seen from the free space.
 pub(super) fn polygons(surface: &Surface, size: &Vec3) -> Vec<Vec<Vec3>> {
     let whole = match *surface {
+        Surface::Mesh(ref placed) => {
+            (0..placed.mesh.facets().len() as u32).map(|facet| placed.corners(facet).to_vec()).collect()
+        }
         Surface::Plane { point, normal } => {
             let middle = 0.5 * size;
             let foot = middle - normal * (middle - point).dot(&normal);
@@ -71,6 +74,15 @@ pub(super) fn polygons(surface: &Surface, size: &Vec3) -> Vec<Vec<Vec3>> {
         }
     };
     whole.into_iter().map(|polygon| inside(polygon, size)).filter(|polygon| polygon.len() > 2).collect()
+}
+
+/// Normals at the corners of a polygon of a surface: of a mesh that of its facet.
+pub(super) fn normals_of(surface: &Surface, polygon: &[Vec3]) -> Vec<Vec3> {
+    if surface.mesh().is_none() {
+        return polygon.iter().map(|&at| surface.normal(at)).collect();
+    }
+    let fan = polygon.windows(2).skip(1).map(|w| (w[0] - polygon[0]).cross(&(w[1] - polygon[0])));
+    vec![fan.sum::<Vec3>().try_normalize(0.0).unwrap_or_else(Vec3::z); polygon.len()]
 }
 
 /// Two unit vectors that complete `normal` to a right-handed frame, itself the third.

@@ -207,12 +207,12 @@ fn cannot_continue(what: &str) -> Error {
 
 /// True if a wall without a fluid is where it was though its motion differs.
 fn stays(then: &Wall, now: &Wall) -> bool {
-    let Surface::Plane { normal, .. } = then.surface else {
+    let Surface::Plane { normal, .. } = &then.surface else {
         return then.motion == now.motion;
     };
     // To the bit the same motion across the plane.
-    let slides = |wall: &Wall| wall.motion.velocity.span().iter().all(|v| v.dot(&normal) == 0.0);
-    let differs = |[then, now]: [Vec3; 2]| (now - then).dot(&normal);
+    let slides = |wall: &Wall| wall.motion.velocity.span().iter().all(|v| v.dot(normal) == 0.0);
+    let differs = |[then, now]: [Vec3; 2]| (now - then).dot(normal);
     let steady = [then, now].map(|wall| wall.motion.velocity.constant());
     then.motion == now.motion
         || then.motion.angular_velocity == now.motion.angular_velocity

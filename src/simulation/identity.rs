@@ -21,7 +21,7 @@ use crate::fluid::Collision;
 use crate::math::{Patch, Profile, TimeFunction, Vec3};
 use crate::packing::insertion::{Bodies, Region};
 use crate::particle::{PrescribedMotion, Template};
-use crate::wall::{Inlet, Surface, Wall};
+use crate::wall::{Inlet, PlacedMesh, Surface, Wall};
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
 use xxhash_rust::xxh3::xxh3_64;
@@ -363,6 +363,13 @@ fn surface_of(surface: &Surface) -> Json {
             "point": vector(point),
             "radius": radius,
         }),
+        Surface::Mesh(PlacedMesh { ref mesh, position, orientation }) => json!({
+            "content": format!("{:016x}", mesh.digest()),
+            "kind": "mesh",
+            "orientation": orientation.coords.as_slice(),
+            "position": vector(position),
+            "side": mesh.free().to_string(),
+        }),
     }
 }
 
@@ -382,6 +389,7 @@ pub(super) fn surface_name(surface: &Surface) -> &'static str {
         Surface::Plane { .. } => "plane",
         Surface::Cylinder { pipe: true, .. } => "pipe",
         Surface::Cylinder { .. } => "rod",
+        Surface::Mesh(_) => "mesh",
     }
 }
 

@@ -202,7 +202,7 @@ impl<'a> Work<'a> {
         let dx = self.setup.domain.dx;
         let in_wall = |x: usize| {
             let centre = Vec3::new(x as f64 + 0.5, y as f64 + 0.5, z as f64 + 0.5) * dx;
-            self.walls.iter().any(|wall| wall.distance(centre) < 0.0)
+            self.walls.iter().any(|wall| wall.is_wall(centre))
         };
         let chunk = x - x % CHUNK;
         self.walls.is_empty()
@@ -275,10 +275,10 @@ fn walls_inside(walls: &[Wall], domain: &Domain) -> Vec<Surface> {
         .map(|corner| Vec3::from_fn(|i, _| if corner >> i & 1 == 0 { half } else { size[i] - half }))
         .collect();
     (walls.iter())
-        .map(|wall| wall.surface)
+        .map(|wall| wall.surface.clone())
         .filter(|surface| match surface {
             Surface::Plane { .. } => corners.iter().any(|&corner| surface.distance(corner) < 0.0),
-            Surface::Cylinder { .. } => true,
+            _ => true,
         })
         .collect()
 }

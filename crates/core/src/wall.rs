@@ -343,7 +343,9 @@ mod tests {
         };
         let plane = Surface::Plane { point: Vec3::new(0.2, 0.1, 0.0), normal: axis };
         let pipe = Surface::Cylinder { point: Vec3::new(0.2, 0.1, 0.0), axis, radius: 2.0, pipe: true };
-        let cases = [steady, shaken].into_iter().flat_map(|motion| [(plane.clone(), motion.clone()), (pipe.clone(), motion)]);
+        let cases = [steady, shaken]
+            .into_iter()
+            .flat_map(|motion| [(plane.clone(), motion.clone()), (pipe.clone(), motion)]);
         for (surface, motion) in cases {
             let wall = Wall { name: "moving".into(), surface: surface.clone(), motion, material: 0 };
             // A point that moves with the wall, followed in small steps of second order.

@@ -232,11 +232,11 @@ pub enum SurfaceSection {
 
 impl WallSection {
     pub(crate) fn of(wall: &Wall) -> Self {
-        let surface = match wall.surface {
-            Surface::Plane { point, normal } => {
+        let surface = match &wall.surface {
+            &Surface::Plane { point, normal } => {
                 SurfaceSection::Plane { point: point.into(), normal: normal.into() }
             }
-            Surface::Cylinder { point, axis, radius, pipe } => {
+            &Surface::Cylinder { point, axis, radius, pipe } => {
                 let (point, axis) = (point.into(), axis.into());
                 if pipe {
                     SurfaceSection::Pipe { point, axis, radius }
@@ -244,19 +244,24 @@ impl WallSection {
                     SurfaceSection::Rod { point, axis, radius }
                 }
             }
+            Surface::Mesh(_) => panic!("wall {} {}", wall.name, MESH),
         };
         let (name, velocity) = (wall.name.clone(), wall.motion.velocity.at(0.0).into());
         Self { name, material: wall.material, velocity, surface }
     }
 }
 
+/// What programs are not told.
+const MESH: &str = "is a mesh, which the protocol does not have";
+
 /// The reason why no engine of the protocol has this wall: its surface would not stay where it is, or its velocity not the same.
 pub fn wall_flaw(wall: &Wall) -> Option<&'static str> {
     let velocity = wall.motion.velocity.at(0.0);
-    match wall.surface {
+    match &wall.surface {
+        Surface::Mesh(_) => Some(MESH),
         _ if !wall.motion.is_steady() => Some("varies its velocity"),
         _ if !wall.motion.angular_velocity.is_zero() => Some("turns"),
-        Surface::Plane { normal, .. } if velocity.dot(&normal).abs() > 1e-9 * velocity.norm() => {
+        Surface::Plane { normal, .. } if velocity.dot(normal).abs() > 1e-9 * velocity.norm() => {
             Some("moves along its normal")
         }
         Surface::Cylinder { .. } if velocity != Vec3::zeros() => Some("is a cylinder that moves"),

@@ -141,6 +141,20 @@ pub enum LengthUnit {
     Metres(#[schemars(transform = positive)] f64),
 }
 
+impl LengthUnit {
+    /// In metres.
+    pub(in crate::case) fn metres(self) -> f64 {
+        match self {
+            Self::Named(NamedUnit::M) => 1.0,
+            Self::Named(NamedUnit::Cm) => 1e-2,
+            Self::Named(NamedUnit::Mm) => 1e-3,
+            Self::Named(NamedUnit::Um) => 1e-6,
+            Self::Named(NamedUnit::In) => 0.0254,
+            Self::Metres(metres) => metres,
+        }
+    }
+}
+
 /// Unit of length.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]

@@ -1,6 +1,8 @@
 //! Faces of the box and other walls as the user writes them.
 
 use super::motion::{ScalarSection, VectorSection};
+use super::particles::OrientationSection;
+use super::shapes::LengthUnit;
 use crate::document::{one_of, positive};
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
@@ -117,7 +119,7 @@ pub struct OutletSection {
     pub absorbs_sound: bool,
 }
 
-/// A wall in the box: exactly one of `plane`, `pipe`, `rod`.
+/// A wall in the box: exactly one of `plane`, `pipe`, `rod`, `mesh`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[schemars(deny_unknown_fields, transform = one_of)]
 pub struct WallSection {
@@ -133,7 +135,7 @@ pub struct WallSection {
     /// Angular velocity about the pivot (1/s), along one axis, with the forms of `velocity`. Default `[0, 0, 0]`.
     #[serde(default)]
     pub angular_velocity: VectorSection,
-    /// A point that the wall turns about (m). Default: the point of the plane or of the axis.
+    /// A point that the wall turns about (m). Default: the point of the plane or of the axis, the position of the mesh.
     pub pivot: Option<[f64; 3]>,
     /// Name of its material. Default "default", which is that of `[contact]`.
     pub material: Option<String>,
@@ -149,6 +151,8 @@ pub enum WallShape {
     Pipe(RoundSection),
     /// Everything inside of an endless circular cylinder is wall.
     Rod(RoundSection),
+    /// The surface in an STL or OBJ file is wall, with the free space on one side or on both.
+    Mesh(WallMeshSection),
 }
 
 /// A plane.
@@ -159,6 +163,36 @@ pub struct PlaneSection {
     pub point: [f64; 3],
     /// Normal into the free space, of any length.
     pub normal: [f64; 3],
+}
+
+/// The surface in a file.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WallMeshSection {
+    /// STL (binary or text) or OBJ file, relative to the case file.
+    pub file: String,
+    /// Unit of the lengths in the file: "m", "cm", "mm", "um", "in", or a number of metres. Default "m".
+    pub unit: Option<LengthUnit>,
+    /// Where the origin of the file is in the box (m). Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub position: [f64; 3],
+    /// Orientation of the axes of the file. Default: along those of the box.
+    pub orientation: Option<OrientationSection>,
+    /// Side of the free space: "outside" of a closed surface (an obstacle, or a vessel with an inner and an outer surface), "inside" of
+    /// one (a container), "both" of a sheet without thickness. Default: "outside" of a closed surface, "both" of an open one.
+    pub side: Option<SideKind>,
+}
+
+/// Side of a mesh on which the free space is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SideKind {
+    /// An obstacle.
+    Outside,
+    /// A container.
+    Inside,
+    /// A sheet.
+    Both,
 }
 
 /// An endless circular cylinder.

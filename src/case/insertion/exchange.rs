@@ -165,10 +165,9 @@ impl Exchange<'_> {
             Amount::Rate(rate) => (1.0 / (rate * self.clock.time_step)) as u64,
             Amount::VolumeFraction(_) => 0,
         };
-        let orientation = section
-            .orientation
-            .as_ref()
-            .map(|given| Ok(kind.turned(&self.placer.orientation(&format!("{key}.orientation"), given)?)));
+        let orientation = section.orientation.as_ref().map(|given| {
+            Ok(kind.turned(&self.document().orientation(&format!("{key}.orientation"), given)?))
+        });
         Ok(Insertion {
             section: index,
             bodies: Bodies {
@@ -243,7 +242,7 @@ impl Exchange<'_> {
                 };
                 let of_face = |placed: &&PlacedWall| placed.is_face && placed.wall.name == FACES[n];
                 let wall = self.placer.walls.iter().find(of_face).expect("a closed face is a wall");
-                return Ok(RemovedFrom::Outlet(wall.wall.surface));
+                return Ok(RemovedFrom::Outlet(wall.wall.surface.clone()));
             }
         };
         if is_there {
@@ -283,7 +282,7 @@ impl Exchange<'_> {
             let is_removed = |removal: &Removal| {
                 let mut corners = one.region.corners();
                 removal.section.is_none_or(|section| section == one.section)
-                    && match removal.from {
+                    && match &removal.from {
                         RemovedFrom::Region(region) => region.meets(&one.region),
                         RemovedFrom::Plane(plane) => corners.any(|corner| plane.distance(corner) < 0.0),
                         RemovedFrom::Outlet(face) => corners.any(|corner| face.distance(corner) <= reach),
@@ -302,7 +301,8 @@ impl Exchange<'_> {
     /// Refuses a region in which the largest of the particles finds no room between walls and bodies whose motion is prescribed.
     fn refuse_where_no_room_is(&self, n: usize, insertion: &Insertion) -> Result<()> {
         let contours = contours(&self.placer.kinds.templates, self.placer.enlargement);
-        let walls: Vec<Surface> = self.placer.walls.iter().map(|placed| placed.wall.surface).collect();
+        let walls: Vec<Surface> =
+            self.placer.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
         let reach = |(template, _): &&(usize, f64)| contours[*template].reach();
         let largest = insertion.bodies.fractions.iter().max_by(|a, b| reach(a).total_cmp(&reach(b)));
         let Some(&(template, _)) = largest else { return Ok(()) };

@@ -227,8 +227,8 @@ fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
             let towards = body.orientation.inverse_transform_vector(&-normal);
             shape.support(towards).dot(&towards) + gap - clearance
         }
-        Surface::Cylinder { .. } if clearance <= 0.0 => radius - clearance,
-        Surface::Cylinder { .. } => overlap_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
+        _ if clearance <= 0.0 => radius - clearance,
+        _ => overlap_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
     };
     (depth > 0.0).then_some(depth)
 }

@@ -154,7 +154,7 @@ impl Placer<'_> {
         if solid > packing::MAX_VOLUME_FRACTION + one || grown > packing::MAX_GROWN_FRACTION {
             return Err(refused());
         }
-        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
+        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
         let positions = packing::pack(&self.domain, &walls, &fixed, &balls, seed).ok_or_else(refused)?;
         let orientations = random_orientations(positions.len(), seed);
         let is_sphere = |template: usize| templates[template].shape.as_sphere().is_some();

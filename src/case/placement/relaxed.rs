@@ -79,7 +79,7 @@ impl Placer<'_> {
         let starts: Vec<Pose> = order.iter().map(|&i| pose(&placed[i].particle)).collect();
         let bounds: Vec<f64> = order.iter().map(|&i| limit(&placed[i]).unwrap_or(0.0)).collect();
         let mut poses = starts.clone();
-        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface).collect();
+        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
         relax(self.domain, &walls, &self.relaxed_contours(), &mut poses, fixed, Some(&bounds));
 
         let (mut count, mut sum, mut most, mut turn) = (0_usize, 0.0, 0.0_f64, 0.0_f64);

@@ -65,9 +65,34 @@ fn draw_walls(image: &mut Image, snapshot: &Snapshot, plane: &Plane) {
     let (_, scale) = plane.page();
     image.blend(WALL, |x, y| {
         let at = plane.point((f64::from(x) + 0.5) / scale, (f64::from(y) + 0.5) / scale);
-        let distance = (walls.iter().map(|wall| wall.distance(at))).fold(f64::INFINITY, f64::min);
-        (0.5 - distance * scale).clamp(0.0, 1.0) as f32
+        let covered = |wall: &Surface| match wall.mesh() {
+            // The lines in which the plane cuts its facets are drawn besides.
+            Some(_) => f64::from(u8::from(wall.is_wall(at))),
+            None => (0.5 - wall.distance(at) * scale).clamp(0.0, 1.0),
+        };
+        walls.iter().map(covered).fold(0.0, f64::max) as f32
     });
+    for placed in walls.iter().filter_map(Surface::mesh) {
+        for facet in 0..placed.mesh.facets().len() as u32 {
+            let ends = cut_facet(&placed.corners(facet), plane.normal, plane.height());
+            if let [a, b] = ends[..] {
+                let at = |point: Vec3| {
+                    ((point[plane.across] * scale) as f32, (plane.down(point[plane.up]) * scale) as f32)
+                };
+                image.outline(&[at(a), at(b)]);
+            }
+        }
+    }
+}
+
+/// Ends of the line in which a plane across an axis, at a height (m), cuts a facet.
+fn cut_facet(corners: &[Vec3; 3], axis: usize, height: f64) -> Vec<Vec3> {
+    let ends = (0..3).filter_map(|k| {
+        let [from, to] = [corners[k], corners[(k + 1) % 3]];
+        let [below, above] = [from[axis] - height, to[axis] - height];
+        ((below < 0.0) != (above < 0.0)).then(|| from.lerp(&to, below / (below - above)))
+    });
+    ends.collect()
 }
 
 /// Outlines of all particles and their periodic images that the plane cuts.

@@ -8,7 +8,7 @@ use crate::dem::ContactState;
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
 use crate::output::contacts::arms;
-use crate::output::walls::polygons;
+use crate::output::walls::{normals_of, polygons};
 use crate::particle::Template;
 use crate::shape::Shape;
 use crate::wall::Surface;
@@ -203,7 +203,7 @@ fn add_wall(view: &mut View, surface: &Surface, [lo, hi]: [Vec3; 2]) {
         for point in &mut polygon {
             *point += lo;
         }
-        let normals: Vec<[f32; 3]> = polygon.iter().map(|&at| single(surface.normal(at))).collect();
+        let normals: Vec<[f32; 3]> = normals_of(surface, &polygon).into_iter().map(single).collect();
         let part = Mesh::polygon(polygon.into_iter().map(single).collect(), &normals, false);
         let first = mesh.points.len() as u32;
         mesh.points.extend(part.points);

@@ -152,11 +152,11 @@ fn population(setup: &Setup, simulation: &Simulation) -> Vec<f64> {
 
 /// Stress along a wall under a force (Pa), if it is a plane.
 fn shear_stress(setup: &Setup, wall: &Wall, force: Vec3) -> Option<Vec3> {
-    let Surface::Plane { normal, .. } = wall.surface else {
+    let Surface::Plane { normal, .. } = &wall.surface else {
         return None;
     };
     let area = area(&wall.surface, &setup.domain.size());
-    Some((force - normal * force.dot(&normal)) / area)
+    Some((force - normal * force.dot(normal)) / area)
 }
 
 // Sums of a row: vectors of three, the stress by contacts six.

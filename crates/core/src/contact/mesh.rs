@@ -86,12 +86,17 @@ pub fn contacts(
             }
             (_, Some(radius), _) => {
                 places.extend(points.iter().map(|point| of_sphere(wall, &own, radius, point)));
-                accept(wall, places, |away, height| match geometry {
-                    Geometry::Exact => {
-                        sphere_plane::overlap(radius, &Plane { normal: away, offset: -height })
-                    }
-                    Geometry::Sampled { .. } => smooth::at_plane(geometry, body, away, height),
-                }, found)
+                accept(
+                    wall,
+                    places,
+                    |away, height| match geometry {
+                        Geometry::Exact => {
+                            sphere_plane::overlap(radius, &Plane { normal: away, offset: -height })
+                        }
+                        Geometry::Sampled { .. } => smooth::at_plane(geometry, body, away, height),
+                    },
+                    found,
+                )
             }
             _ => {
                 smooth::places(body, (wall, own), points, places);

@@ -425,7 +425,10 @@ mod tests {
     #[test]
     fn a_law_without_memory_has_the_contacts_alone() {
         let mut history = History::new(Records::new(0));
-        assert_eq!(history.remember(key(1, 2), None, |memory| assert!(memory.is_empty())), (&mut [][..], true));
+        assert_eq!(
+            history.remember(key(1, 2), None, |memory| assert!(memory.is_empty())),
+            (&mut [][..], true)
+        );
         history.advance();
         assert_eq!((history.records().len(), history.records().bytes().len()), (1, size_of::<ContactKey>()));
     }

@@ -36,6 +36,8 @@ mod friction_tests;
 #[cfg(test)]
 mod image_tests;
 #[cfg(test)]
+mod mesh_tests;
+#[cfg(test)]
 mod mixed_tests;
 mod motion;
 #[cfg(test)]
@@ -58,9 +60,9 @@ mod tests;
 #[cfg(test)]
 mod through_tests;
 mod velocities;
-mod walls;
 #[cfg(test)]
 mod wall_tests;
+mod walls;
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;

@@ -120,6 +120,13 @@ impl WallMesh {
         Ok(Self { vertex_normals, bounds: bounds.into(), vertices, facets, edges, free, tree })
     }
 
+    /// Digest of the vertices, the facets and the side: the same wherever it lies.
+    pub fn digest(&self) -> u64 {
+        let numbers = self.vertices.iter().flatten().flat_map(|x| x.to_bits().to_le_bytes());
+        let corners = self.facets.iter().flat_map(|facet| facet.vertices).flat_map(u32::to_le_bytes);
+        xxhash_rust::xxh3::xxh3_64(&numbers.chain(corners).chain([self.free as u8]).collect::<Vec<_>>())
+    }
+
     /// Vertices (m).
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices

@@ -36,7 +36,7 @@ impl Plates {
             return None;
         };
         let (Surface::Plane { point: a, normal: up }, Surface::Plane { point: b, normal: down }) =
-            (first.surface, second.surface)
+            (&first.surface, &second.surface)
         else {
             return None;
         };

@@ -1,7 +1,7 @@
 //! Polyhedra at a mesh: the body cut by facets.
 //!
 //! Behind each facet is a wedge, down to the planes through its edges that bisect the angles to the facets beyond: wedges of neighbours do
-//! not overlap, and leave nothing out. The pieces of the body in those whose normals differ by less than 20 degrees add up to one
+//! not overlap along edges, and leave nothing out there, but do not quite fit at corners. The pieces of the body in those whose normals differ by less than 20 degrees add up to one
 //! contact: volumes, centres, area vectors and moments are integrals, which add up. If all lie in one plane and no part of the body behind
 //! it is left out, the contact is that with the plane.
 
@@ -76,9 +76,7 @@ pub(super) fn contacts(
         let group: Vec<Piece> = pieces.iter().copied().filter(alike).collect();
         pieces.retain(|piece| !alike(piece));
         let facet = group.iter().map(|piece| piece.facet).min().unwrap_or(leader.facet);
-        found.extend(
-            together(solid, orientation, &group).map(|overlap| MeshContact { facet, overlap }),
-        );
+        found.extend(together(solid, orientation, &group).map(|overlap| MeshContact { facet, overlap }));
     }
     behind
 }

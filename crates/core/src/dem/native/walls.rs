@@ -10,9 +10,7 @@ use super::forces::{ContactForces, ContactInput, PairEntry};
 use super::order::PartIndex;
 use super::velocities::KnownVelocities;
 use crate::contact::mesh::{self, MeshContact};
-use crate::contact::{
-    CohesionLaw, ContactModel, ElasticLaw, Overlap, PairLaw, PairProperties, overlap_wall,
-};
+use crate::contact::{CohesionLaw, ContactModel, ElasticLaw, Overlap, PairLaw, PairProperties, overlap_wall};
 use crate::dem::{ContactKey, ContactState};
 use crate::error::Result;
 use crate::math::Vec3;
@@ -144,8 +142,7 @@ impl ContactContext {
                     continue;
                 };
                 let touches = (key, None, overlap, film);
-                let acted =
-                    self.touch_wall(model, (index, centre), standing, touches, (forces, velocities));
+                let acted = self.touch_wall(model, (index, centre), standing, touches, (forces, velocities));
                 outcome = outcome.and(acted);
             }
         }
@@ -177,23 +174,15 @@ impl ContactContext {
         if found.is_empty() || self.constants(particle).motion.is_complete() {
             return Ok(());
         }
-        let key = |facet| ContactKey {
-            first: particle.id,
-            second: standing.second,
-            parts: [index.part, facet],
-        };
+        let key =
+            |facet| ContactKey { first: particle.id, second: standing.second, parts: [index.part, facet] };
         let before: Vec<u32> = forces.history.alike(&key(0)).map(|key| key.parts[1]).collect();
         let followed = followed(placed, (found, centre, of_part.circumradius), &before);
         let mut outcome = Ok(());
         for (contact, from) in found.iter().zip(followed) {
             let touches = (key(contact.facet), from.map(key), contact.overlap, None);
-            outcome = outcome.and(self.touch_wall(
-                model,
-                (index, centre),
-                standing,
-                touches,
-                (forces, velocities),
-            ));
+            outcome =
+                outcome.and(self.touch_wall(model, (index, centre), standing, touches, (forces, velocities)));
         }
         outcome
     }

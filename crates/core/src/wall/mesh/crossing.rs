@@ -50,7 +50,7 @@ pub(super) fn winding(corners: &[Vec3; 3], at: &Vec3) -> Option<i32> {
 }
 
 impl WallMesh {
-    /// True if a closed mesh goes round a point, which is not on it. Exact.
+    /// True if a closed mesh goes round a point. Exact; of points on the mesh either.
     pub fn encloses(&self, at: &Vec3) -> bool {
         if !self.is_closed() || (0..3).any(|i| at[i] < self.bounds[0][i] || at[i] > self.bounds[1][i]) {
             return false;
@@ -63,7 +63,7 @@ impl WallMesh {
         sum != 0 && !on
     }
 
-    /// True if a point is in the wall; never of a sheet. Exact.
+    /// True if a point is in the wall; never of a sheet. Exact, but for points on the mesh.
     pub fn is_wall(&self, at: &Vec3) -> bool {
         match self.free {
             FreeSide::Outside => self.encloses(at),
@@ -95,9 +95,8 @@ impl WallMesh {
                 return;
             }
             let part = near / (near - far);
-            let is_first = first.is_none_or(|known| {
-                part < known.part || part == known.part && facet < known.facet
-            });
+            let is_first =
+                first.is_none_or(|known| part < known.part || part == known.part && facet < known.facet);
             if is_first {
                 first = Some(Crossing { part, facet });
             }

@@ -99,7 +99,8 @@ impl WallMesh {
         let way = at - nearest.point;
         match way.try_normalize(0.0) {
             None => own,
-            Some(_) if nearest.feature == Feature::Face && self.is_closed() => own,
+            Some(_) if nearest.feature == Feature::Face && (self.is_closed() || own.dot(&way) > 0.0) => own,
+            Some(_) if nearest.feature == Feature::Face => -own,
             Some(away) if self.is_wall(at) => -away,
             Some(away) => away,
         }

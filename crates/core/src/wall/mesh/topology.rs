@@ -2,7 +2,7 @@
 
 use super::tree::Tree;
 use super::{Facet, crossing};
-use crate::math::Vec3;
+use crate::math::{Vec3, bounding_box};
 use std::collections::BTreeMap;
 use std::fmt::{Display, Formatter};
 
@@ -201,7 +201,8 @@ pub(super) fn turn_outwards(facets: &mut [[u32; 3]], vertices: &[Vec3], edges: &
         let mut at = 0;
         while let Some(&facet) = members.get(at) {
             for edge in edges.of_facet[facet as usize] {
-                if let Some(next) = edges.beyond(edge, facet).filter(|next| part[*next as usize] == u32::MAX) {
+                if let Some(next) = edges.beyond(edge, facet).filter(|next| part[*next as usize] == u32::MAX)
+                {
                     part[next as usize] = number;
                     members.push(next);
                 }
@@ -210,6 +211,12 @@ pub(super) fn turn_outwards(facets: &mut [[u32; 3]], vertices: &[Vec3], edges: &
         }
         parts.push(members);
     }
+    let bounds = |members: &[u32]| bounding_box(members.iter().flat_map(|&n| corners(&facets[n as usize])));
+    let boxes: Vec<(Vec3, Vec3)> = parts.iter().map(|members| bounds(members)).collect();
+    let holds = |outer: u32, inner: usize| {
+        let ((low, high), (lower, upper)) = (boxes[outer as usize], boxes[inner]);
+        (0..3).all(|i| low[i] < lower[i] && upper[i] < high[i])
+    };
     let mut flips = Vec::new();
     for (number, members) in parts.iter().enumerate() {
         let origin = vertices[facets[members[0] as usize][0] as usize];
@@ -223,7 +230,7 @@ pub(super) fn turn_outwards(facets: &mut [[u32; 3]], vertices: &[Vec3], edges: &
             let far = tree.far(&origin);
             tree.each(&[origin, far], |facet| {
                 let other = part[facet as usize];
-                if other as usize != number {
+                if other as usize != number && holds(other, number) {
                     *around.entry(other).or_default() +=
                         crossing::winding(&corners(&facets[facet as usize]), &origin).unwrap_or(0);
                 }

@@ -1,0 +1,128 @@
+//! Walls from mesh files: any surface, closed or open.
+
+use super::surface::Surface;
+use super::{check_finite, facets, tolerance};
+use crate::shape::ShapeError;
+use crate::shape::error::check_size;
+use crate::wall::mesh::Flaw;
+use crate::wall::{FreeSide, WallMesh};
+use std::path::Path;
+
+/// The wall in the contents of a file, of which `path` has the kind and the name for errors, and notes for the user; `scale` is the length in
+/// metres of 1 in the file. The free space is on the side given, else outside of a closed surface and on both sides of an open one.
+///
+/// Vertices that differ by rounding are welded. Facets without area, and those that are there twice, are dropped.
+///
+/// # Errors
+/// [`ShapeError::Mesh`] with file, facets, place and remedy: no file of its kind, numbers that are not finite, no facet with an
+/// area, or a surface without the inside that `free` asks for.
+pub fn wall(
+    path: &Path,
+    bytes: &[u8],
+    scale: f64,
+    free: Option<FreeSide>,
+) -> Result<(WallMesh, Vec<String>), ShapeError> {
+    check_size("scale", scale)?;
+    facets(path, bytes)
+        .and_then(|(facets, rounding)| {
+            check_finite(&facets, scale)?;
+            let scaled: Vec<[_; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
+            let (tolerance, rounded) = tolerance(&facets, &scaled, rounding);
+            let (mesh, mut notes) = of(&scaled, tolerance.0 * tolerance.1, free)?;
+            notes.extend(rounded);
+            Ok((mesh, notes))
+        })
+        .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })
+}
+
+/// The wall that facets make; vertices closer than a tolerance (m) are one.
+fn of(
+    facets: &[[crate::math::Vec3; 3]],
+    tolerance: f64,
+    free: Option<FreeSide>,
+) -> Result<(WallMesh, Vec<String>), String> {
+    // As the surface of a body, facets that enclose nothing dropped; an open one keeps those with an area.
+    let closed = Surface::new(facets, tolerance);
+    let mesh = |surface: &Surface| -> Result<Result<WallMesh, Flaw>, String> {
+        let (vertices, corners) = surface.parts_of_mesh();
+        if corners.is_empty() {
+            return Err("no facet has an area; export the mesh again".to_owned());
+        }
+        Ok(WallMesh::new(vertices, corners, free))
+    };
+    let attempt = if closed.is_empty() { None } else { Some(mesh(&closed)?) };
+    match attempt {
+        Some(Ok(mesh)) if mesh.is_closed() => Ok((mesh, closed.dropped().into_iter().collect())),
+        Some(Err(flaw)) => Err(format!(
+            "{flaw}, the first of {} from {}; close the mesh, or leave `side` out: then it is a sheet, which acts on both sides",
+            closed.listed(&flaw.facets),
+            place(&flaw),
+        )),
+        _ => {
+            let sheet = Surface::sheet(facets, tolerance);
+            let mesh = mesh(&sheet)?.map_err(|flaw| flaw.to_string())?;
+            Ok((mesh, sheet.dropped().into_iter().collect()))
+        }
+    }
+}
+
+fn place(flaw: &Flaw) -> String {
+    let [a, b] = flaw.edge;
+    format!("({}, {}, {}) m to ({}, {}, {}) m", a.x, a.y, a.z, b.x, b.y, b.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{binary_stl, box_facets, text_stl};
+    use super::*;
+    use crate::math::Vec3;
+    use std::path::PathBuf;
+
+    fn read(bytes: &[u8], free: Option<FreeSide>) -> Result<(WallMesh, Vec<String>), String> {
+        wall(&PathBuf::from("wall.stl"), bytes, 1e-3, free).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_box_is_an_obstacle_or_a_container_whatever_the_order_of_its_corners() {
+        let mut facets = box_facets(Vec3::repeat(4.0));
+        facets[3].swap(0, 1);
+        facets[7].swap(1, 2);
+        for bytes in [text_stl(&facets), binary_stl(&facets, "")] {
+            let (mesh, notes) = read(&bytes, None).unwrap();
+            assert!(notes.is_empty() && mesh.free() == FreeSide::Outside && mesh.vertices().len() == 8);
+            assert!((mesh.volume().unwrap() / 64e-9 - 1.0).abs() < 1e-7);
+            let (mesh, _) = read(&bytes, Some(FreeSide::Inside)).unwrap();
+            assert!(mesh.is_wall(&Vec3::repeat(3e-3)) && !mesh.is_wall(&Vec3::zeros()));
+        }
+    }
+
+    #[test]
+    fn a_box_with_a_hole_is_a_sheet_and_no_container() {
+        let mut facets = box_facets(Vec3::repeat(4.0));
+        facets.remove(5);
+        let (mesh, _) = read(&text_stl(&facets), None).unwrap();
+        assert_eq!((mesh.free(), mesh.facets().len()), (FreeSide::Both, 11));
+        let said = read(&text_stl(&facets), Some(FreeSide::Inside)).unwrap_err();
+        for words in ["open: 3 edges", "the first of facet", "m to (", "leave `side` out"] {
+            assert!(said.contains(words), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_sheet_that_is_there_twice_the_two_ways_round_is_there_once() {
+        let [a, b, c, d] =
+            [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
+        let facets = [[a, b, c], [a, c, d], [a, c, b], [a, d, c], [a, a, b]];
+        let (mesh, notes) = read(&text_stl(&facets), None).unwrap();
+        assert_eq!((mesh.facets().len(), mesh.free()), (2, FreeSide::Both));
+        assert!(notes[0].contains("2 duplicated") && notes[0].contains("1 degenerate"), "{notes:?}");
+    }
+
+    #[test]
+    fn what_is_no_surface_is_refused() {
+        let flat = [[Vec3::x(); 3], [Vec3::zeros(), Vec3::x(), Vec3::x()]];
+        assert!(read(&text_stl(&flat), None).unwrap_err().contains("no facet has an area"));
+        let bad = [[Vec3::zeros(), Vec3::x(), Vec3::y() * f64::NAN]];
+        assert!(read(&binary_stl(&bad, ""), None).unwrap_err().contains("facet 0 has a corner at"));
+    }
+}
