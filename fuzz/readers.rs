@@ -11,6 +11,7 @@ use turbid::checkpoint::{self, CaseText, Checkpoint, Head, Part};
 use turbid::comm::Comm;
 use turbid::domain::Block;
 use turbid::packing::positions::{self, Columns};
+use turbid::wall::FreeSide;
 use turbid::{case as cases, mesh};
 use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 
@@ -38,8 +39,11 @@ pub(crate) fn obj(data: &[u8]) -> bool {
     mesh("body.obj", data)
 }
 
-/// A body as it is, and the hull of its points.
+/// A body as it is, and the hull of its points; a wall.
 fn mesh(name: &str, data: &[u8]) -> bool {
+    if data.len() <= MESH {
+        let _ = [None, Some(FreeSide::Inside)].map(|free| mesh::wall(Path::new(name), data, 1e-3, free));
+    }
     data.len() <= MESH
         && [false, true].map(|hull| mesh::parse(Path::new(name), data, 1e-3, hull).is_ok()).contains(&true)
 }

@@ -9,6 +9,7 @@ mod forms;
 mod friction;
 mod insertion;
 mod lubrication;
+mod mesh_walls;
 mod motion;
 mod units;
 mod walls;

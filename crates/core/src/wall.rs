@@ -80,6 +80,11 @@ impl Surface {
         if let Self::Mesh(mesh) = self { Some(mesh) } else { None }
     }
 
+    /// Number of facets, 1 of what is no mesh.
+    pub fn facets(&self) -> usize {
+        self.mesh().map_or(1, |placed| placed.mesh.facets().len())
+    }
+
     /// True of planes.
     pub fn is_plane(&self) -> bool {
         matches!(self, Self::Plane { .. })

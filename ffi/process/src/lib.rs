@@ -431,7 +431,7 @@ impl DemEngine for External {
 
     /// A set-up that the engine refuses leaves one that has failed.
     fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let current = (&self.near, &self.population, self.params.walls.len());
+        let current = (&self.near, &self.population, &self.params.walls[..]);
         let saved = Saved::load(self.params.name, parts, current, 0)?;
         // Particles of an engine outside neither come nor go.
         let [has, of_case] = [saved.population.count, self.population.population.count];

@@ -76,7 +76,7 @@ fn walls_and_faces_that_cannot_be_are_refused() {
             wall("rod = { point = [6e-3, 3e-3, 0], axis = [0, 0, 1], diameter = 1e-3 }"),
             &["bad.toml:19:1", "periodic faces in x"],
         ),
-        ("[run]", wall(""), &["bad.toml:19:1", "`plane`, `pipe`, `rod`", "none"]),
+        ("[run]", wall(""), &["bad.toml:19:1", "`plane`, `pipe`, `rod`, `mesh`", "none"]),
     ];
     for (good, spoilt, words) in &tables {
         all_refused(&[(good, spoilt, words)]);

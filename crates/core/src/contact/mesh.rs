@@ -54,6 +54,7 @@ struct Place {
 struct Buffers {
     facets: Vec<u32>,
     points: Vec<NearestPoint>,
+    sides: Vec<f64>,
     places: Vec<Place>,
 }
 
@@ -73,7 +74,7 @@ pub fn contacts(
     found.clear();
     let own = wall.to_own(&centre);
     BUFFERS.with_borrow_mut(|buffers| {
-        let Buffers { facets, points, places } = buffers;
+        let Buffers { facets, points, sides, places } = buffers;
         points.clear();
         places.clear();
         wall.mesh.within(&own, body.grown.reach(), facets, points);
@@ -82,7 +83,8 @@ pub fn contacts(
         }
         let behind = match (geometry, body.grown.sphere(), body.grown.solid()) {
             (Geometry::Exact, None, Some(solid)) => {
-                flat::contacts(solid, body.orientation, (wall, own), points, found)
+                wall.mesh.sides(&own, points, sides);
+                flat::contacts(solid, body.orientation, (wall, own), (points, sides), found)
             }
             (_, Some(radius), _) => {
                 places.extend(points.iter().map(|point| of_sphere(wall, &own, radius, point)));
@@ -99,7 +101,8 @@ pub fn contacts(
                 )
             }
             _ => {
-                smooth::places(body, (wall, own), points, places);
+                wall.mesh.sides(&own, points, sides);
+                smooth::places(body, (wall, own), (points, sides), places);
                 accept(wall, places, |away, height| smooth::at_plane(geometry, body, away, height), found)
             }
         };

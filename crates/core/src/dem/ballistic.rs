@@ -115,7 +115,7 @@ impl DemEngine for Ballistic {
     }
 
     fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let saved = Saved::load(self.name(), parts, (&self.near, &self.local, 0), 0)?;
+        let saved = Saved::load(self.name(), parts, (&self.near, &self.local, &[]), 0)?;
         self.step = saved.substep;
         self.local.replace(
             &self.near,

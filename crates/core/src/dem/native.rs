@@ -454,7 +454,7 @@ impl DemEngine for Native {
     fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
         let memory = params.memory();
-        let saved = Saved::load("native", parts, (near, local, params.walls.len()), memory)?;
+        let saved = Saved::load("native", parts, (near, local, &params.walls), memory)?;
         self.widest = widest(Vec3::zeros(), &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
         self.forces = ContactForces::new(near.peers.len(), memory, self.forces.several);

@@ -12,6 +12,7 @@ use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
 use crate::particle::Particle;
+use crate::wall::Wall;
 use bytemuck::{Pod, Zeroable};
 use xxhash_rust::xxh3::xxh3_64;
 
@@ -160,18 +161,19 @@ impl Saved {
     }
 
     /// The state that the ranks of an earlier run saved as `parts`, the same on every rank, for an engine with these templates and
-    /// this number of walls, whose contact law remembers `memory` numbers of a contact.
+    /// these walls, whose contact law remembers `memory` numbers of a contact.
     ///
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine, version or case.
     pub fn load(
         engine: &str,
         parts: &[Vec<u8>],
-        (near, local, walls): (&GhostLayer, &LocalParticles, usize),
+        (near, local, walls): (&GhostLayer, &LocalParticles, &[Wall]),
         memory: usize,
     ) -> Result<Self> {
         let (domain, templates) = (near.decomposition().domain, local.store.templates.len());
         let most_parts = local.store.templates.iter().map(|template| template.parts().count()).max();
+        let walls = walls.iter().map(|wall| wall.surface.facets()).collect();
         let case = Case { templates, most_parts: most_parts.unwrap_or(1), walls, memory, domain };
         Self::join(engine, parts, &case, (near.rank, near.ranks()))
     }
@@ -229,8 +231,8 @@ struct Case {
     templates: usize,
     /// Parts of the template that has the most.
     most_parts: usize,
-    /// Number of walls.
-    walls: usize,
+    /// Number of facets of each wall.
+    walls: Vec<usize>,
     /// Numbers that the contact law remembers of a contact.
     memory: usize,
     domain: Domain,
@@ -278,7 +280,7 @@ impl Case {
         let finite = |vectors: &[Vec3]| vectors.iter().flatten().all(|x| x.is_finite());
         let known = |id: u64| ids.binary_search(&id).is_ok();
         let partner = |key: &ContactKey| match ContactState::wall_of(key.second) {
-            Some(wall) => wall < self.walls,
+            Some(wall) => wall < self.walls.len(),
             None => key.first != key.second && known(key.second) || is_with_itself(key),
         };
         let states = part.states.iter().map(ContactState::key);
@@ -302,9 +304,13 @@ impl Case {
             ));
         }
         let mut records = part.records.iter();
+        let parts_of = |key: &ContactKey| {
+            let wall = ContactState::wall_of(key.second).and_then(|wall| self.walls.get(wall));
+            [self.most_parts, wall.copied().unwrap_or(self.most_parts)]
+        };
         let is_none = |(key, memory): &(ContactKey, &[f64])| {
             (key.first >= key.second && !is_with_itself(key))
-                || key.indices().iter().any(|&part| part as usize >= self.most_parts)
+                || key.indices().iter().zip(parts_of(key)).any(|(&part, count)| part as usize >= count)
                 || !memory.iter().all(|x| x.is_finite())
         };
         if let Some((ContactKey { first, second, .. }, _)) = records.find(is_none) {
@@ -334,7 +340,7 @@ mod tests {
     const BOX: Domain = Domain { faces: Domain::faces([true, true, false]), cells: [8, 8, 8], dx: 0.5 };
 
     fn case() -> Case {
-        Case { templates: 2, most_parts: 2, walls: 2, memory: 2, domain: BOX }
+        Case { templates: 2, most_parts: 2, walls: vec![1; 2], memory: 2, domain: BOX }
     }
 
     /// One contact with what is remembered of it.

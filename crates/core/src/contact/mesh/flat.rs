@@ -26,12 +26,11 @@ struct Piece {
 }
 
 /// The plane of a facet as seen from the centre of the body, in its frame, and those of its edges; none if it looks away from there.
-fn wedge((wall, own): (&PlacedMesh, Vec3), facet: u32, turn: &Quat) -> Option<[Plane; 4]> {
+fn wedge((wall, own): (&PlacedMesh, Vec3), (facet, sign): (u32, f64), turn: &Quat) -> Option<[Plane; 4]> {
     let mesh = &wall.mesh;
     let of = &mesh.facets()[facet as usize];
     let corners = mesh.corners(facet).map(|corner| corner - own);
     let height = -of.normal.dot(&corners[0]);
-    let sign = if height < 0.0 && !mesh.is_closed() { -1.0 } else { 1.0 };
     if height * sign < 0.0 || of.normal == Vec3::zeros() {
         return None;
     }
@@ -55,13 +54,13 @@ pub(super) fn contacts(
     solid: &Solid,
     orientation: Quat,
     (wall, own): (&PlacedMesh, Vec3),
-    points: &[NearestPoint],
+    (points, sides): (&[NearestPoint], &[f64]),
     found: &mut Vec<MeshContact>,
 ) -> bool {
     let turn = wall.orientation.inverse() * orientation;
     let (mut pieces, mut behind) = (Vec::new(), false);
-    for &NearestPoint { facet, .. } in points {
-        let Some(planes) = wedge((wall, own), facet, &turn) else {
+    for (&NearestPoint { facet, .. }, &side) in points.iter().zip(sides) {
+        let Some(planes) = wedge((wall, own), (facet, side), &turn) else {
             behind = true;
             continue;
         };

@@ -30,22 +30,27 @@ pub(super) fn at_plane(geometry: Geometry, body: &Body, away: Vec3, height: f64)
 pub(super) fn places(
     body: &Body,
     (wall, own): (&PlacedMesh, Vec3),
-    points: &[NearestPoint],
+    (points, sides): (&[NearestPoint], &[f64]),
     places: &mut Vec<Place>,
 ) {
     let mesh = &wall.mesh;
     let (shape, growth) = (&body.grown.shape, body.grown.enlargement);
     let turn = wall.orientation.inverse() * body.orientation;
-    for &NearestPoint { facet, .. } in points {
+    for (&NearestPoint { facet, .. }, &side) in points.iter().zip(sides) {
         let corners = mesh.corners(facet);
-        let normal = mesh.facets()[facet as usize].normal;
-        let height = normal.dot(&(own - corners[0]));
-        let away = if height < 0.0 && !mesh.is_closed() { -normal } else { normal };
+        let away = mesh.facets()[facet as usize].normal * side;
         let height = away.dot(&(own - corners[0]));
         if away == Vec3::zeros() || height < 0.0 {
-            // Known as one that looks away.
-            let known = (away != Vec3::zeros()).then_some((Feature::Face, f64::INFINITY));
-            places.extend(known.map(|(feature, rank)| Place { facet, feature, away, rank, height }));
+            // Of a closed mesh known as one that looks away.
+            if mesh.is_closed() {
+                places.push(Place {
+                    facet,
+                    feature: Feature::Face,
+                    away: -away,
+                    rank: f64::INFINITY,
+                    height,
+                });
+            }
             continue;
         }
         let lowest = own + turn * shape.support(turn.inverse_transform_vector(&-away)) - away * growth;

@@ -162,7 +162,7 @@ fn a_sphere_is_held_over_a_gap_only_if_it_has_touched() {
     let mut held = Saved::load(
         "native",
         &[bound],
-        (&engine.context.near, &engine.context.local, 1),
+        (&engine.context.near, &engine.context.local, &engine.context.params.walls),
         engine.context.params.memory(),
     )
     .unwrap();
@@ -190,8 +190,13 @@ fn a_sphere_with_a_neck_hangs_from_a_ceiling_up_to_the_force_that_pulls_it_off()
         run(&mut engine, 1, 1e-9);
         let (near, local) = (&engine.context.near, &engine.context.local);
         let parts = [engine.save().unwrap()];
-        let mut hung =
-            Saved::load("native", &parts, (near, local, 1), engine.context.params.memory()).unwrap();
+        let mut hung = Saved::load(
+            "native",
+            &parts,
+            (near, local, &engine.context.params.walls),
+            engine.context.params.memory(),
+        )
+        .unwrap();
         let at = touching - Vec3::z() * (1e-9 + square / (3.0 * RADIUS));
         (hung.particles[0].position, hung.particles[0].velocity) = (at.into(), [0.0; 3]);
         engine.restore(&Comm::Solo, &[hung.write("native")]).unwrap();

@@ -152,6 +152,41 @@ impl WallMesh {
             }
     }
 
+    /// The side of each facet on which a point (m) is, of those that come near to it, with their nearest points by ascending facet: 1 if it is
+    /// the one that its normal points to, else -1. Of a closed mesh always 1: the free space.
+    ///
+    /// A facet has the side of the neighbour beyond its nearest point, if that is nearer: its plane may have the point on either side.
+    pub fn sides(&self, at: &Vec3, points: &[NearestPoint], sides: &mut Vec<f64>) {
+        sides.clear();
+        sides.resize(points.len(), if self.is_closed() { 1.0 } else { 0.0 });
+        if self.is_closed() {
+            return;
+        }
+        let mut order: Vec<usize> = (0..points.len()).collect();
+        order.sort_unstable_by(|&a, &b| points[a].square.total_cmp(&points[b].square).then(a.cmp(&b)));
+        for n in order {
+            let NearestPoint { point, square, facet, feature } = points[n];
+            let (of, away) = (&self.facets[facet as usize], at - point);
+            let beyond = match feature {
+                Feature::Face => [None; 2],
+                Feature::Edge(k) => [of.beyond[k], None],
+                Feature::Vertex(k) => [of.beyond[k], of.beyond[(k + 2) % 3]],
+            };
+            let nearer = beyond.into_iter().flatten().find_map(|next| {
+                let index = points.binary_search_by_key(&next, |point| point.facet).ok()?;
+                (points[index].square < square).then_some(sides[index])
+            });
+            let normal = || match feature {
+                Feature::Face => of.normal,
+                Feature::Edge(k) => {
+                    self.edges.facets(of.edges[k]).iter().map(|&n| self.facets[n as usize].normal).sum()
+                }
+                Feature::Vertex(k) => self.vertex_normals[of.vertices[k] as usize],
+            };
+            sides[n] = nearer.unwrap_or_else(|| if normal().dot(&away) < 0.0 { -1.0 } else { 1.0 });
+        }
+    }
+
     /// Appends the points nearest to a point (m) on the facets that come within a distance of it (m), by ascending facet.
     pub fn within(&self, at: &Vec3, distance: f64, facets: &mut Vec<u32>, found: &mut Vec<NearestPoint>) {
         facets.clear();

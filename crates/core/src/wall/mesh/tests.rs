@@ -185,7 +185,8 @@ fn an_open_mesh_is_a_sheet_and_no_container() {
     assert_eq!(flaw.count, 6);
     assert!(flaw.to_string().contains("open: 6 edges"), "{flaw}");
     let (vertices, mut facets) = cuboid(EDGES);
-    facets.push([facets[0][0], facets[0][1], facets[5][2]]);
+    let [a, b, _] = facets[0];
+    facets.push([a, b, (0..8).rev().find(|other| !facets[0].contains(other)).unwrap()]);
     let flaw = WallMesh::new(vertices, facets, Some(FreeSide::Outside)).unwrap_err();
     assert!(flaw.to_string().contains("edge"), "{flaw}");
 }
