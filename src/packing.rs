@@ -119,7 +119,7 @@ pub fn pack(
         }
         for i in fixed.len()..positions.len() {
             for wall in walls {
-                let distance = wall.distance(positions[i]);
+                let distance = wall.distance_up_to(positions[i], reaches[i]);
                 if distance < reaches[i] {
                     let push = (reaches[i] * OVERSHOOT - distance) * wall.normal(positions[i]);
                     positions[i] = domain.wrap(positions[i] + push);
@@ -138,7 +138,7 @@ pub fn pack(
                 let is_clear = |at: &Vec3| {
                     let apart = |j: usize| domain.nearest_image(positions[j] - at).norm();
                     !bins.any(at, reaches[i], |j| apart(j) < reaches[i] + reaches[j])
-                        && walls.iter().all(|wall| wall.distance(*at) >= reaches[i])
+                        && walls.iter().all(|wall| wall.distance_up_to(*at, reaches[i]) >= reaches[i])
                 };
                 let clear = (0..DRAWS).map(|_| draw()).find(is_clear);
                 positions[i] = clear.unwrap_or(positions[i]);

@@ -190,7 +190,7 @@ impl<'a> Obstacles<'a> {
         let (contours, domain) = (self.contours, &self.domain);
         let (new, reach) = (body(contours, pose), contours[pose.contour].reach());
         let clear = |wall: &Surface| {
-            let distance = wall.distance(pose.position);
+            let distance = wall.distance_up_to(pose.position, reach);
             distance >= reach
                 || (!sphere && distance > 0.0 && !intersects_wall(&new, &wall.seen_from(pose.position)))
         };

@@ -94,7 +94,7 @@ pub fn mix(
                         || is_narrow && domain.images(difference, near).any(meets))
             };
             let free = |wall: &Surface| {
-                let distance = wall.distance(after.position);
+                let distance = wall.distance_up_to(after.position, reach);
                 let seen = wall.seen_from(after.position);
                 distance >= reach || (!sphere && distance > 0.0 && !intersects_wall(&moved, &seen))
             };

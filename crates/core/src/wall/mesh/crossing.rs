@@ -67,7 +67,7 @@ impl WallMesh {
     pub fn is_wall(&self, at: &Vec3) -> bool {
         match self.free {
             FreeSide::Outside => self.encloses(at),
-            FreeSide::Inside => !self.encloses(at) && self.nearest(at).square > 0.0,
+            FreeSide::Inside => !self.encloses(at),
             FreeSide::Both => false,
         }
     }

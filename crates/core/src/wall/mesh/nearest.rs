@@ -92,6 +92,14 @@ impl WallMesh {
         if distance > 0.0 && self.is_wall(at) { -distance } else { distance }
     }
 
+    /// The same up to a limit (m), beyond which it is the limit.
+    pub fn distance_up_to(&self, at: &Vec3, limit: f64) -> f64 {
+        let square = |facet: u32| self.nearest_on(facet, at).square;
+        let found = self.tree.nearest(at, limit * limit, square);
+        let distance = found.map_or(limit, |facet| square(facet).sqrt());
+        if distance > 0.0 && self.is_wall(at) { -distance } else { distance }
+    }
+
     /// Gradient of the distance: the unit vector from the nearest point, in the wall to it; on the mesh the normal of a facet there.
     pub fn normal(&self, at: &Vec3) -> Vec3 {
         let nearest = self.nearest(at);
