@@ -251,7 +251,7 @@ impl WallSection {
     }
 }
 
-/// What programs are not told.
+/// The flaw of a mesh.
 const MESH: &str = "is a mesh, which the protocol does not have";
 
 /// The reason why no engine of the protocol has this wall: its surface would not stay where it is, or its velocity not the same.

@@ -173,7 +173,7 @@ pub struct WallMeshSection {
     pub file: String,
     /// Unit of the lengths in the file: "m", "cm", "mm", "um", "in", or a number of metres. Default "m".
     pub unit: Option<LengthUnit>,
-    /// Where the origin of the file is in the box (m). Default `[0, 0, 0]`.
+    /// Position of the origin of the file in the box (m). Default `[0, 0, 0]`.
     #[serde(default)]
     pub position: [f64; 3],
     /// Orientation of the axes of the file. Default: along those of the box.

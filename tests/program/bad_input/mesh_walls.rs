@@ -47,7 +47,7 @@ fn meshes_of_walls_that_are_none_are_refused_with_file_facet_and_remedy() {
     let blank = HOPPER.replacen("vertex 9.000000", "vertex nan", 1);
     let flat = "solid flat\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 2 0 0\nendloop\nendfacet\nendsolid\n";
     let cases: [(&str, &[&str]); 4] = [
-        (cut, &["case.toml:11:", "funnel.stl", "line"]),
+        (cut, &["case.toml:11:", "funnel.stl", "the text ends before"]),
         (&blank, &["case.toml:11:", "funnel.stl", "facet 0"]),
         (flat, &["funnel.stl", "no facet has an area"]),
         ("", &["funnel.stl", "no STL file"]),
@@ -77,10 +77,9 @@ fn mesh_walls_in_the_wrong_place_unit_or_run_are_refused() {
         &["open: 64 edges", "the first of facet", "m to (", "leave `side` out"],
     );
     refused(&[(MESH, "unit = \"mm\", side = \"left\" }")], &["case.toml:11:", "left", "outside"]);
-    refused(
-        &[("periodic = [false, false, false]", "periodic = [true, true, false]")],
-        &["periodic faces in x"],
-    );
+    let beside = (MESH, "unit = \"mm\", position = [0.0255, 0.03, 0.015] }");
+    let periodic = ("periodic = [false, false, false]", "periodic = [true, true, false]");
+    refused(&[beside, periodic], &["\"funnel\" meets the periodic faces in x", "1.500e-3 m away"]);
     refused(&[("[0.03, 0.03, 0.05]", "[0.0545, 0.03, 0.05]")], &["1 particle overlaps a wall", "\"funnel\""]);
     refused(
         &[("restitution = 0.5", "restitution = 0.5\ncohesion = \"jkr\"\nwork_of_adhesion = 0.1")],

@@ -201,7 +201,7 @@ impl History {
     }
 
     /// Memory of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what `begin` made of
-    /// zeros. One that is not known goes on with the memory of the contact `from` of the sub-step before.
+    /// zeros. One that is not known continues with the memory of the contact `from` of the sub-step before.
     #[inline]
     pub fn remember(
         &mut self,
@@ -407,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn a_contact_goes_on_with_the_memory_of_the_one_that_it_follows_once() {
+    fn a_contact_continues_with_the_memory_of_the_one_that_it_follows_once() {
         let mut history = History::new(Records::new(1));
         let facets = [3, 7, 9].map(|facet| ContactKey { parts: [0, facet], ..key(1, 9) });
         history.remember(facets[0], None, |memory| memory[0] = 0.5);

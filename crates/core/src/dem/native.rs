@@ -19,6 +19,7 @@
 mod bricks_tests;
 #[cfg(test)]
 mod carried_tests;
+mod clearances;
 #[cfg(test)]
 mod cohesion_tests;
 mod context;
@@ -78,6 +79,7 @@ use crate::math::Vec3;
 use crate::particle::{Particle, ParticleStore, PrescribedMotion, Template};
 use crate::shape::Shape;
 use crate::wall::Wall;
+use clearances::Clearances;
 use context::{ContactContext, PartConstants, TemplateConstants};
 use films::Films;
 use forces::ContactForces;
@@ -121,6 +123,7 @@ pub struct Native {
     context: ContactContext,
     order: IdOrder,
     films: Films,
+    clearances: Clearances,
     forces: ContactForces,
     velocities: KnownVelocities,
     /// Motion of the bodies of each template over sub-steps of the last length.
@@ -179,6 +182,7 @@ impl Native {
             motions: Vec::new(),
             velocities: KnownVelocities::default(),
             films: Films::default(),
+            clearances: Clearances::default(),
             order: IdOrder::new(NeighbourList::new(finder)),
             forces: ContactForces::new(near.peers.len(), params.memory(), several),
             context: ContactContext {
@@ -262,7 +266,7 @@ impl Native {
 
     /// Forces of the contacts and films that this rank evaluates, at the current positions. Collective.
     fn evaluate_contacts(&mut self, comm: &Comm, dt: f64) -> Result<()> {
-        let Self { context, order, films, forces, velocities, .. } = self;
+        let Self { context, order, films, clearances, forces, velocities, .. } = self;
         forces.begin(context.local.store.owned);
         let Some(model) = &context.params.contact else {
             return Ok(());
@@ -270,7 +274,7 @@ impl Native {
         order.sort(&context.local, &context.templates, &context.near.decomposition().domain);
         context.find_films((model, films), order, dt, comm);
         let pairs = context.pairs(model, dt, (order, films), (forces, velocities));
-        let walls = context.walls(model, dt, films, (forces, velocities));
+        let walls = context.walls(model, dt, films, clearances, (forces, velocities));
         forces.finish();
         pairs.and(walls)
     }

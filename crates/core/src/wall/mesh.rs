@@ -65,6 +65,23 @@ pub struct WallMesh {
     tree: Tree,
 }
 
+/// Facets from whose middles the width of a mesh is looked at, for its description.
+const LOOKED_AT: usize = 2000;
+
+impl Display for WallMesh {
+    fn fmt(&self, out: &mut Formatter<'_>) -> std::fmt::Result {
+        let facets = self.facets.len();
+        let (Some(volume), Some(width)) = (self.volume(), self.thinnest(LOOKED_AT)) else {
+            return write!(out, "open mesh of {facets} facets, a sheet of {:.4e} m^2", self.area());
+        };
+        let is = if self.free == FreeSide::Inside { "container" } else { "body" };
+        write!(
+            out,
+            "closed mesh of {facets} facets, a {is} of {volume:.4e} m^3, {width:.3e} m wide at the narrowest"
+        )
+    }
+}
+
 impl PartialEq for WallMesh {
     fn eq(&self, other: &Self) -> bool {
         let corners = |of: &Self| of.facets.iter().map(|facet| facet.vertices).collect::<Vec<_>>();
@@ -77,7 +94,7 @@ impl WallMesh {
     /// both sides.
     ///
     /// # Errors
-    /// What keeps it from having an inside, if `free` needs one.
+    /// The flaw that keeps it from having an inside, if `free` needs one.
     ///
     /// # Panics
     /// If there are no facets, or one has a vertex that is not there, or not finite, or one vertex twice.

@@ -3,7 +3,6 @@
 use crate::cli::terminal::{Row, row};
 use turbid::case::Setup;
 use turbid::case::insertion::{Amount, RemovedFrom};
-use turbid::wall::{FreeSide, PlacedMesh};
 
 /// Templates and walls that get a row of their own.
 const SHOWN: usize = 8;
@@ -79,26 +78,6 @@ pub(super) fn change_rows(setup: &Setup) -> Vec<Row> {
     rows
 }
 
-/// Facets from whose middles the width of a mesh is looked at.
-const LOOKED_AT: usize = 2000;
-
-/// What a mesh is.
-fn mesh_words(placed: &PlacedMesh) -> String {
-    let (mesh, facets) = (&placed.mesh, placed.mesh.facets().len());
-    match (mesh.volume(), mesh.thinnest(LOOKED_AT)) {
-        (Some(volume), Some(thinnest)) => {
-            let (is, region) = match mesh.free() {
-                FreeSide::Inside => ("container", "inside"),
-                _ => ("body", "in it"),
-            };
-            format!(
-                "closed mesh of {facets} facets, a {is}, {volume:.4e} m^3 {region}, {thinnest:.3e} m wide at the narrowest"
-            )
-        }
-        _ => format!("open mesh of {facets} facets, a sheet of {:.4e} m^2", mesh.area()),
-    }
-}
-
 /// One row for each wall.
 pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
     let mut rows = Vec::new();
@@ -122,7 +101,10 @@ pub(super) fn wall_rows(setup: &Setup) -> Vec<Row> {
         if motion.is_empty() {
             motion.push("at rest".to_string());
         }
-        let kind = wall.surface.mesh().map_or_else(|| wall.surface.kind().to_owned(), mesh_words);
+        let kind = wall
+            .surface
+            .mesh()
+            .map_or_else(|| wall.surface.kind().to_owned(), |placed| placed.mesh.to_string());
         let remark = format!("{kind}, {}", motion.join(", "));
         rows.push(row("wall", wall.name.clone(), remark));
     }

@@ -87,7 +87,7 @@ pub(super) struct ContactInput<'a> {
     pub(super) key: ContactKey,
     /// Indices of the particles; none for a wall.
     pub(super) indices: [Option<usize>; 2],
-    /// The contact of the sub-step before that goes on as this one, if it has another key.
+    /// The contact of the sub-step before that continues as this one, if it has another key.
     pub(super) from: Option<ContactKey>,
     /// Law of the two materials.
     pub(super) law: &'a PairLaw,

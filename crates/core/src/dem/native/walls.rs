@@ -1,8 +1,9 @@
 //! Contacts with walls, and the films there.
 //!
-//! A contact with a mesh is known by a facet. Where it leaves one it goes on at the nearest of those that it has come to, with what its law
+//! A contact with a mesh is known by a facet. Once it has left one it continues at the nearest of those that it has come to, with what its law
 //! remembers: friction does not end at a seam.
 
+use super::clearances::Clearances;
 use super::context::{ContactContext, PartConstants, with_pull};
 use super::failures::{behind_wall, is_too_deep, too_deep};
 use super::films::{Acting, Films};
@@ -16,14 +17,14 @@ use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::{PlacedMesh, Surface, Wall};
 
-/// Cosine of the angle between facets up to which a contact goes on from one to the other.
-const GOES_ON: f64 = 0.5;
+/// Cosine of the angle between facets up to which a contact continues from one to the other.
+const CONTINUES: f64 = 0.5;
 
 /// A wall at one time.
 struct Standing<'a> {
     wall: &'a Wall,
     surface: Surface,
-    /// What stands for it in the keys of contacts.
+    /// Stand-in for its id in the keys of contacts.
     second: u64,
     /// Time, half the sub-step before, and the sub-step (s).
     times: [f64; 3],
@@ -36,7 +37,7 @@ fn wall_neck(part: &PartConstants, (distance, normal): (f64, Vec3), law: &PairLa
     (depth >= -law.cohesion.stretch(radius)).then(|| Overlap::neck(normal * distance, normal, depth))
 }
 
-/// Of contacts known by facets the ones of the sub-step before that go on as others: for each of `found` one of `before`, if it is not one of them.
+/// Of contacts known by facets the ones of the sub-step before that continue as others: for each of `found` one of `before`, if it is not one of them.
 fn followed(
     placed: &PlacedMesh,
     (found, centre, reach): (&[MeshContact], Vec3, f64),
@@ -55,7 +56,7 @@ fn followed(
                 let cosine = normal(facet).dot(&normal(contact.facet));
                 let square = placed.mesh.nearest_on(facet, &at).square;
                 let cosine = if closed { cosine } else { cosine.abs() };
-                (cosine > GOES_ON && square < reach * reach).then_some((index, square))
+                (cosine > CONTINUES && square < reach * reach).then_some((index, square))
             })
             .min_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(left.remove(index))
@@ -70,6 +71,7 @@ impl ContactContext {
         model: &ContactModel,
         dt: f64,
         films: &Films,
+        clearances: &mut Clearances,
         (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
     ) -> Result<()> {
         if self.params.walls.is_empty() {
@@ -90,15 +92,21 @@ impl ContactContext {
         let has_necks = model.cohesion == CohesionLaw::Jkr;
         let mut outcome = Ok(());
         let mut found = Vec::new();
-        for index in self.owned_parts() {
+        for (number, index) in self.owned_parts().enumerate() {
             let (i, (particle, of_part)) = (index.particle as usize, self.part(index));
             let arm = of_part.arm(particle);
             let centre = arm.map_or(particle.position(), |arm| particle.position() + arm);
             let constants = self.constants(particle);
             // Ids of walls fall with their index.
-            for standing in walls.iter().rev() {
+            for (wall_number, standing) in walls.iter().enumerate().rev() {
                 let Standing { wall, surface, second, .. } = standing;
                 if let Surface::Mesh(placed) = surface {
+                    let (own, of) = (placed.to_own(&centre), (particle.id, index.part));
+                    let reach = of_part.shape.reach();
+                    let place = (number, of);
+                    if clearances.is_clear((wall_number, &placed.mesh), place, &own, reach) {
+                        continue;
+                    }
                     let at_mesh = self.at_mesh(
                         model,
                         (index, centre),

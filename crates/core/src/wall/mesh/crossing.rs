@@ -72,7 +72,7 @@ impl WallMesh {
         }
     }
 
-    /// Where a segment from one point to another (m) first meets the mesh, its ends, edges and corners included; whether it does is exact.
+    /// The first point of a segment from one point to another (m) that is on the mesh; its ends, edges and corners count. Whether there is one is exact.
     pub fn crossing(&self, from: &Vec3, to: &Vec3) -> Option<Crossing> {
         self.crossing_but(from, to, None)
     }

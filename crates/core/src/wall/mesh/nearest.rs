@@ -92,11 +92,16 @@ impl WallMesh {
         if distance > 0.0 && self.is_wall(at) { -distance } else { distance }
     }
 
-    /// The same up to a limit (m), beyond which it is the limit.
-    pub fn distance_up_to(&self, at: &Vec3, limit: f64) -> f64 {
+    /// Distance of a point from the mesh (m), on whichever side, up to a limit, beyond which it is the limit.
+    pub fn clearance(&self, at: &Vec3, limit: f64) -> f64 {
         let square = |facet: u32| self.nearest_on(facet, at).square;
         let found = self.tree.nearest(at, limit * limit, square);
-        let distance = found.map_or(limit, |facet| square(facet).sqrt());
+        found.map_or(limit, |facet| square(facet).sqrt())
+    }
+
+    /// The same, negative in the wall.
+    pub fn distance_up_to(&self, at: &Vec3, limit: f64) -> f64 {
+        let distance = self.clearance(at, limit);
         if distance > 0.0 && self.is_wall(at) { -distance } else { distance }
     }
 

@@ -52,7 +52,7 @@ pub(crate) fn tube(radius: f64, length: f64, n: u32) -> Parts {
     ((0..2 * n).map(at).collect(), (0..n).flat_map(strip).collect())
 }
 
-/// Where its own frame says.
+/// A mesh in the frame of the world.
 pub(crate) fn placed((vertices, facets): Parts, free: Option<FreeSide>) -> PlacedMesh {
     let mesh = Arc::new(WallMesh::new(vertices, facets, free).unwrap());
     PlacedMesh { mesh, position: Vec3::zeros(), orientation: Quat::identity() }

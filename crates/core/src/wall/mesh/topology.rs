@@ -6,7 +6,7 @@ use crate::math::{Vec3, bounding_box};
 use std::collections::BTreeMap;
 use std::fmt::{Display, Formatter};
 
-/// What keeps a mesh from having an inside.
+/// A flaw that keeps a mesh from having an inside.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flaw {
     kind: FlawKind,
@@ -131,7 +131,7 @@ impl Edges {
 /// Facets that run through the edges between them in opposite directions, as far as that is possible.
 pub(super) struct Oriented {
     pub(super) facets: Vec<[u32; 3]>,
-    /// What keeps them from enclosing a region.
+    /// The flaw that keeps them from enclosing a region.
     pub(super) flaw: Option<Flaw>,
 }
 
