@@ -161,8 +161,8 @@ fn tolerance(facets: &[[Vec3; 3]], scaled: &[[Vec3; 3]], rounding: f64) -> ((f64
     let precision = SINGLE_PRECISION.max(lost.min(COARSEST)).max(decimal_precision(facets.as_flattened()));
     let rounded = (lost > REPORTED).then(|| {
         format!(
-            "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of its \
-             extent; move the mesh to the origin and export it again",
+            "corners lie up to {far:.3e} m from the origin, where single precision rounds them by {:.1e} m, {:.1e} % of the \
+             extent of the mesh; move the mesh to the origin and export it again",
             lost * extent,
             100.0 * lost
         )

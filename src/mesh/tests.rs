@@ -307,7 +307,7 @@ fn the_rounding_of_a_mesh_far_from_its_origin_is_told() {
     };
     // 1 m from the origin two units in the last place are 2.4e-7 m.
     let Mesh { body, notes, .. } = read_bytes("far.stl", &binary_stl(&at(1000.0), ""), false).unwrap();
-    let words = ["1.001e0 m from the origin", "rounds them by 2.4e-7 m, ", "e-3 % of the extent"];
+    let words = ["1.001e0 m from the origin", "rounds them by 2.4e-7 m, ", "e-3 % of the extent of the mesh"];
     assert!(words.iter().all(|word| notes[0].contains(word)), "{notes:?}");
     assert!((body.volume() / 1e-9 - 1.0).abs() < 1e-3);
     assert!(read_bytes("near.stl", &binary_stl(&at(10.0), ""), false).unwrap().notes.is_empty());
