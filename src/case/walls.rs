@@ -52,17 +52,17 @@ pub(super) fn walls(
             let title = format!("`{key}` is \"{}\", the name of another wall", placed.wall.name);
             return Err(document.error(&key, &title, "given twice", "every wall needs a name of its own"));
         }
+        if document.case.dry.is_none() && placed.wall.surface.mesh().is_some() {
+            let title = format!("the wall \"{}\" is a mesh, which a fluid cannot have yet", placed.wall.name);
+            let remedy = "meshes are walls of dry runs (`[dry]`); with a fluid take planes, pipes, rods, or fixed bodies";
+            return Err(document.error(&placed.key, &title, "a mesh", remedy));
+        }
         builder.meets_the_box(&placed)?;
         builder.agrees_with_periodic_faces(&placed, reach)?;
         walls.push(placed);
     }
     if document.case.dry.is_none() {
         for PlacedWall { wall, key, .. } in &walls {
-            if wall.surface.mesh().is_some() {
-                let title = format!("the wall \"{}\" is a mesh, which a fluid cannot have yet", wall.name);
-                let remedy = "meshes are walls of dry runs (`[dry]`); with a fluid take planes, pipes, rods, or fixed bodies";
-                return Err(document.error(key, &title, "a mesh", remedy));
-            }
             check_motion(wall).map_err(|what| {
                 document.error(
                     key,
