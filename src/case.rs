@@ -35,6 +35,7 @@ mod schedule;
 mod space;
 mod speeds;
 mod start;
+mod statistics;
 mod walls;
 
 use crate::contact::ContactModel;
@@ -58,9 +59,10 @@ pub use plausible::TooLight;
 pub use resolve::{from_saved, from_text, load, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub(crate) use schedule::of_machine;
-pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, Profile, RunPlan, Steady};
+pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, Steady};
 pub use speeds::{Bound, DrivenFlow, Impact};
 pub use start::StartFlow;
+pub use statistics::{Dynamics, Profile, Structure};
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and
 /// [where it comes from](Self::provenance).

@@ -4,12 +4,14 @@
 //! when it begins, then the writers, with names from [`OutputFiles`], and [`Summary::write`] at the end.
 //!
 //! Files appear under their final name only when they are complete and on disk: they are written as `NAME.tmp`, synced, and renamed. Only
-//! `series.csv`, `particle_series.csv` and `profiles.csv` grow, by whole rows. So a run that is killed leaves readable files.
+//! tables over time grow, as `series.csv`, by whole rows. So a run that is killed leaves readable files.
 
 mod atomic;
+mod averages;
 pub mod contacts;
 pub mod directory;
 mod growing;
+pub mod means;
 pub mod numbers;
 pub mod particle_series;
 pub mod picture;
@@ -20,6 +22,7 @@ pub mod profiles;
 pub mod pvd;
 pub mod series;
 pub mod statistics;
+pub mod structure;
 pub mod summary;
 pub mod surfaces;
 mod units;
@@ -30,6 +33,7 @@ mod vtk_reader;
 pub mod walls;
 
 pub use atomic::{write_atomically, write_bytes};
+pub use averages::{Average, Averages, averages};
 pub use contacts::{contacts, force_chains};
 pub use directory::{Numbered, OutputFiles};
 pub use growing::{RowsMark, SeriesWriter};
@@ -39,7 +43,7 @@ pub use polydata::PolyData;
 pub use pvd::Collection;
 pub use series::{SeriesColumn, SeriesRow, SeriesTable};
 pub use statistics::{
-    Estimate, LEAST_DISTANCE, Settled, estimate_mean, estimate_ratio, estimate_settling, estimate_sheared,
+    Estimate, LEAST_DISTANCE, Settled, estimate_independent, estimate_mean, estimate_ratio, estimate_settling, estimate_sheared,
     settled, settled_suspension,
 };
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};

@@ -10,6 +10,7 @@ mod pictures;
 mod run;
 mod shapes;
 mod start;
+mod statistics;
 mod walls;
 
 use crate::coupling::ForceBalance;
@@ -38,6 +39,7 @@ pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSecti
 pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};
 pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
+pub use statistics::{DynamicsSection, PlaneName, ProfileSection, StructureSection};
 pub use walls::{
     DiscSection, FACES, FaceSection, InletSection, OutletSection, PatchSection, PlaneSection, ProfileKind,
     RectangleSection, RoundSection, SideKind, WallMeshSection, WallSection, WallShape,
@@ -386,6 +388,17 @@ pub struct OutputSection {
     #[serde(default)]
     #[schemars(transform = free)]
     pub profiles: Vec<ProfileSection>,
+    /// Structure of the particles: pair distribution, neighbours, contact network, orientations. Default: none.
+    #[schemars(transform = free)]
+    pub structure: Option<StructureSection>,
+    /// Motion of the particles over time: mean squared displacements, self-diffusion, autocorrelation of velocities. Default: none.
+    #[schemars(transform = free)]
+    pub dynamics: Option<DynamicsSection>,
+    /// Columns of series.csv whose means, standard errors and transients `averages` of summary.json has, beside those of the other tables of
+    /// statistics. Default: none.
+    #[serde(default)]
+    #[schemars(transform = free)]
+    pub average: Vec<String>,
     /// Contacts (.vtp). Default: as often as particles.
     #[schemars(transform = free)]
     pub contacts_every: Option<Every>,
@@ -402,17 +415,6 @@ pub struct OutputSection {
     /// A checkpoint at the end, with which a finished run can be extended or branched off. Default: true unless `checkpoint_every` is "never".
     #[schemars(transform = free)]
     pub checkpoint_at_end: Option<bool>,
-}
-
-/// A profile along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ProfileSection {
-    /// Axis of the box along which the bins follow each other.
-    pub axis: Axis,
-    /// Number of bins of equal length from one face of the box to the other.
-    #[schemars(extend("minimum" = 1, "maximum" = 10_000))]
-    pub bins: usize,
 }
 
 /// An axis of the box.

@@ -4,6 +4,7 @@ use super::Setup;
 use super::checks::{Clock, Document};
 use super::file::{CheckpointEvery, Duration, Every, RunEnd, SteadySection};
 use super::pictures::{PicturePlan, pictures};
+use super::statistics::{self, Dynamics, Profile, Structure};
 use crate::device;
 use crate::document::{Source, names};
 use crate::error::Result;
@@ -65,6 +66,12 @@ pub struct OutputPlan {
     pub profiles_every: u64,
     /// The profiles.
     pub profiles: Vec<Profile>,
+    /// Structure of the particles.
+    pub structure: Option<Structure>,
+    /// Motion of the particles over time.
+    pub dynamics: Option<Dynamics>,
+    /// Columns of `series.csv` that are averaged.
+    pub average: Vec<String>,
     /// Steps between pictures.
     pub picture_every: u64,
     /// The pictures.
@@ -73,15 +80,6 @@ pub struct OutputPlan {
     pub checkpoint_every: CheckpointSpacing,
     /// The run leaves a checkpoint at its end.
     pub checkpoint_at_end: bool,
-}
-
-/// A profile along an axis of the box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Profile {
-    /// The axis.
-    pub axis: usize,
-    /// Number of bins of equal length.
-    pub bins: usize,
 }
 
 /// Interval between the checkpoints that a run writes without a request.
@@ -101,6 +99,8 @@ pub(super) struct Known<'a> {
     pub(super) clock: Clock,
     /// Edges of the box (m).
     pub(super) size: Vec3,
+    /// Diameter of the first kind of particle (m).
+    pub(super) diameter: f64,
     /// The surfaces of the particles are small enough to be written by default.
     pub(super) few: bool,
 }
@@ -150,7 +150,7 @@ impl RunPlan {
     }
 
     /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
-    fn spacings(&self) -> [(&'static str, u64); 8] {
+    fn spacings(&self) -> [(&'static str, u64); 10] {
         let plan = &self.output;
         [
             ("run.average_from", self.average_from_step),
@@ -161,6 +161,8 @@ impl RunPlan {
             ("output.contacts_every", plan.contacts_every),
             ("output.profiles_every", plan.profiles_every),
             ("output.picture_every", plan.picture_every),
+            ("output.structure.every", plan.structure.map_or(0, |structure| structure.every)),
+            ("output.dynamics.every", plan.dynamics.map_or(0, |dynamics| dynamics.every)),
         ]
     }
 }
@@ -172,6 +174,7 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
         name: &setup.provenance.name,
         clock: Clock::of(setup.time_step, setup.fluid.as_ref()),
         size: setup.domain.size(),
+        diameter: setup.diameter,
         few: are_few(&setup.templates, setup.expected_counts()),
     };
     let resolve = |options: &[String]| -> Result<(RunPlan, String)> {
@@ -185,6 +188,8 @@ pub(super) fn reschedule(setup: &mut Setup, saved: &str, options: &[String]) -> 
     let named = |key: &str| {
         let also = match key {
             "output.contacts_every" | "output.surfaces_every" => "output.particles_every",
+            "output.structure.every" => "output.structure",
+            "output.dynamics.every" => "output.dynamics",
             key => key,
         };
         options.iter().any(|option| names(option, key) || names(option, also))
@@ -278,7 +283,7 @@ fn average_from(document: &Document, clock: Clock, end_step: u64, early: u64) ->
 }
 
 fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPlan> {
-    let &Known { name, clock, size, few } = known;
+    let &Known { name, clock, size, few, .. } = known;
     let output = &document.case.output;
     let directory = match &output.directory {
         Some(directory) if directory.trim().is_empty() => {
@@ -336,11 +341,10 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
             [] => 0,
             _ => every("profiles_every", output.profiles_every, 100)?,
         },
-        profiles: output
-            .profiles
-            .iter()
-            .map(|of| Profile { axis: of.axis as usize, bins: of.bins })
-            .collect(),
+        profiles: statistics::profiles(document),
+        structure: statistics::structure(document, known, end_step)?,
+        dynamics: statistics::dynamics(document, known, end_step)?,
+        average: statistics::averaged(document)?,
         pictures: pictures(document, size)?,
         checkpoint_every,
         checkpoint_at_end: output.checkpoint_at_end.unwrap_or(checkpoint_every != CheckpointSpacing::Never),

@@ -2,8 +2,9 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  profiles.csv  profile_means.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log
-//!   process.log
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log  process.log
+//!   profiles.csv  profile_means.csv  fronts.csv  structure.csv  pair_distribution.csv  pair_distribution_means.csv
+//!   contact_forces.csv  contact_force_means.csv  dynamics.csv  dynamics_means.csv
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
 //!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
@@ -47,14 +48,50 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory, beside the collections.
-const TOP: [&str; 9] = [SUMMARY, SERIES, SETTLING, WALLS, PATHS, PROFILES, PROFILE_MEANS, SCRIPT, RUN];
+const TOP: [&str; 17] = [
+    SUMMARY,
+    SERIES,
+    SETTLING,
+    WALLS,
+    PATHS,
+    PROFILES,
+    PROFILE_MEANS,
+    FRONTS,
+    STRUCTURE,
+    PAIR_DISTRIBUTION,
+    PAIR_DISTRIBUTION_MEANS,
+    CONTACT_FORCES,
+    CONTACT_FORCE_MEANS,
+    DYNAMICS,
+    DYNAMICS_MEANS,
+    SCRIPT,
+    RUN,
+];
 const SUMMARY: &str = "summary.json";
 const SERIES: &str = "series.csv";
 const SETTLING: &str = "settling_velocity.png";
 const WALLS: &str = "walls.vtp";
 const PATHS: &str = "particle_series.csv";
-const PROFILES: &str = "profiles.csv";
-const PROFILE_MEANS: &str = "profile_means.csv";
+/// Profiles over time.
+pub const PROFILES: &str = "profiles.csv";
+/// Means of the profiles.
+pub const PROFILE_MEANS: &str = "profile_means.csv";
+/// Heights of the front and of the bed over time.
+pub const FRONTS: &str = "fronts.csv";
+/// Numbers of the structure of the particles over time.
+pub const STRUCTURE: &str = "structure.csv";
+/// Pair distributions over time.
+pub const PAIR_DISTRIBUTION: &str = "pair_distribution.csv";
+/// Their means.
+pub const PAIR_DISTRIBUTION_MEANS: &str = "pair_distribution_means.csv";
+/// Distributions of the contact forces over time.
+pub const CONTACT_FORCES: &str = "contact_forces.csv";
+/// Their means.
+pub const CONTACT_FORCE_MEANS: &str = "contact_force_means.csv";
+/// Displacements and memory of velocities, block by block.
+pub const DYNAMICS: &str = "dynamics.csv";
+/// Their means.
+pub const DYNAMICS_MEANS: &str = "dynamics_means.csv";
 const SCRIPT: &str = "open.py";
 /// Id of the run whose files these are.
 const RUN: &str = "run.id";
@@ -197,14 +234,9 @@ impl OutputFiles {
         self.directory.join(PATHS)
     }
 
-    /// Profiles over time.
-    pub fn profiles(&self) -> PathBuf {
-        self.directory.join(PROFILES)
-    }
-
-    /// Means of the profiles.
-    pub fn profile_means(&self) -> PathBuf {
-        self.directory.join(PROFILE_MEANS)
+    /// A table of statistics by its name, as [`PROFILES`].
+    pub fn table(&self, name: &str) -> PathBuf {
+        self.directory.join(name)
     }
 
     /// Log of the external engine of this name.

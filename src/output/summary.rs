@@ -1,6 +1,7 @@
 //! The result of a run in numbers, `summary.json`.
 
 use super::atomic::write_bytes;
+use super::averages::Averages;
 use crate::error::{Error, Result};
 use crate::input;
 use schemars::JsonSchema;
@@ -149,6 +150,10 @@ pub struct Summary {
     /// Hash over the other numbers that decide the run, but the initial state of the particles; none in files of older versions.
     #[serde(default)]
     pub setup_hash: Option<String>,
+    /// Means over time of the columns that `output.average` names, of the numbers of the structure, of velocity fluctuations and diffusion, and
+    /// of the velocities of fronts, by their names; empty in files of older versions.
+    #[serde(default)]
+    pub averages: Averages,
     /// Warnings about the case and of the run; empty in files of older versions.
     #[serde(default)]
     pub warnings: Vec<String>,
@@ -249,6 +254,7 @@ impl Summary {
 
 #[cfg(test)]
 mod tests {
+    use super::super::averages::Average;
     use super::*;
 
     fn summary() -> Summary {
@@ -334,6 +340,10 @@ mod tests {
                 largest_acceleration: 0.02,
             }),
             setup_hash: None,
+            averages: Averages::from([(
+                "coordination".into(),
+                Average { unit: "-".into(), mean: 4.5, standard_error: Some(0.25), ..Average::default() },
+            )]),
             warnings: vec!["the box is small".into()],
             input: "[domain]\nsize = \"8 D\"\n".into(),
         }

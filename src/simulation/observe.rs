@@ -4,6 +4,7 @@
 //! processes ([`gather`]). A failure to write on one rank ends the run on every rank.
 
 mod gather;
+mod near;
 mod row;
 mod summary;
 mod sums;
@@ -21,7 +22,9 @@ pub(super) use gather::partners;
 pub(super) use gather::{
     each_cell, fields as all_fields, loads as all_loads, own_fields, particles as all_particles,
 };
+pub(super) use near::{at_owners, centres_near};
 pub(super) use row::branch_moment;
+pub(super) use row::PAIRS;
 pub(super) use row::settles_for_ever;
 #[cfg(feature = "pictures")]
 pub(super) use row::settling_direction;
@@ -243,7 +246,7 @@ impl<'a> Observer<'a> {
         simulation.comm.agree(self.intact())?;
         let (setup, cut, needed) = (self.setup, self.decomposition, |need| needs.contains(&need));
         let time = simulation.step as f64 * setup.time_step;
-        let mut rank = RankState::new(simulation);
+        let mut rank = RankState::new(simulation, cut);
         let of_row = measured.map_or_else(Sums::default, |measured| row::sums(setup, &rank, measured));
         let of_each = due.iter().map(|&i| self.writers[i].sums(&mut rank));
         let sums: Vec<Sums> = std::iter::once(of_row).chain(of_each).collect();

@@ -18,6 +18,8 @@ mod pictures;
 mod profiles;
 pub(super) mod series;
 mod steady;
+mod structure;
+mod table;
 mod vtk;
 
 use super::Simulation;
@@ -160,12 +162,18 @@ pub enum Need {
 /// State of one rank after a step, of which a writer [sums](Writer::sums) something.
 pub struct RankState<'a> {
     simulation: &'a mut Simulation,
+    cut: &'a Decomposition,
     contacts: OnceCell<Vec<ContactState>>,
 }
 
 impl<'a> RankState<'a> {
-    pub(super) fn new(simulation: &'a mut Simulation) -> Self {
-        Self { simulation, contacts: OnceCell::new() }
+    pub(super) fn new(simulation: &'a mut Simulation, cut: &'a Decomposition) -> Self {
+        Self { simulation, cut, contacts: OnceCell::new() }
+    }
+
+    /// The blocks of all ranks.
+    pub fn decomposition(&self) -> &Decomposition {
+        self.cut
     }
 
     /// The simulation, of which this rank has its particles and its block.
@@ -281,6 +289,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     writers.push(Box::new(series::Series::new(setup)));
     if let Some(profiles) = profiles::Profiles::of(setup) {
         writers.push(Box::new(profiles));
+    }
+    if let Some(structure) = structure::StructureWriter::of(setup) {
+        writers.push(Box::new(structure));
     }
     if let Some(steadiness) = steady::Steadiness::of(setup) {
         writers.push(Box::new(steadiness));

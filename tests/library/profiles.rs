@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use turbid::case::{self, Setup};
+use turbid::output::directory::{PROFILE_MEANS, PROFILES};
 use turbid::output::{OutputFiles, SeriesTable};
 use turbid::simulation::{self, RunOptions};
 
@@ -58,14 +59,14 @@ fn profiles_add_up_to_what_is_in_the_box_and_have_the_same_bits_on_1_to_4_ranks(
     let read = |threads: u32| {
         let out = root.path().join(threads.to_string());
         let (setup, files) = written(&out, SHEARED, &[format!("run.threads={threads}")]);
-        let bytes = [files.profiles(), files.profile_means()].map(|file| std::fs::read(file).unwrap());
+        let bytes = [files.table(PROFILES), files.table(PROFILE_MEANS)].map(|file| std::fs::read(file).unwrap());
         (setup, files, bytes)
     };
     let (setup, files, alone) = read(1);
     for threads in [2, 4] {
         assert!(read(threads).2 == alone, "{threads} threads");
     }
-    let table = SeriesTable::read(&files.profiles()).unwrap();
+    let table = SeriesTable::read(&files.table(PROFILES)).unwrap();
     let column = |name: &str| table.get(name).unwrap_or_else(|| panic!("{name}"));
     let (profile, step) = (column("profile"), column("step"));
     let [cubes, spheres] = [1, 0].map(|n| setup.sections.iter().filter(|section| **section == n).count());
@@ -86,7 +87,7 @@ fn profiles_add_up_to_what_is_in_the_box_and_have_the_same_bits_on_1_to_4_ranks(
         }
     }
     // What the suspension is pulled along with grows from plate to plate.
-    let means = SeriesTable::read(&files.profile_means()).unwrap();
+    let means = SeriesTable::read(&files.table(PROFILE_MEANS)).unwrap();
     let flow = &means.get("fluid_velocity_x").unwrap()[..12];
     assert!(flow.windows(2).all(|pair| pair[0] < pair[1]), "{flow:?}");
     assert!(means.get("rows").unwrap().iter().all(|rows| (rows - 17.0).abs() < 0.5));
@@ -98,7 +99,7 @@ fn the_profile_of_a_couette_flow_is_a_line_and_has_no_variance_but_that_within_a
     let root = tempfile::tempdir().unwrap();
     let text = SHEARED.replace("volume_fraction = 0.1", "count = 0").replace("count = 9", "count = 0");
     let (setup, files) = written(root.path(), &text, &[]);
-    let means = SeriesTable::read(&files.profile_means()).unwrap();
+    let means = SeriesTable::read(&files.table(PROFILE_MEANS)).unwrap();
     let [flow, square] =
         ["fluid_velocity_x", "fluid_velocity_variance_xx"].map(|name| means.get(name).unwrap());
     // Two and a half cells in a bin: one of them has half its weight in each of two.

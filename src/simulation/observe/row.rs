@@ -13,6 +13,9 @@ use crate::simulation::writers::RankState;
 use crate::simulation::{Measurement, Simulation};
 use crate::wall::{Surface, Wall};
 
+/// Pairs of axes of a symmetric tensor.
+pub(in crate::simulation) const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
+
 /// Direction of the [weight less buoyancy](Setup::submerged_weight) of all particles, in which they settle as a whole. `None` if
 /// nothing settles.
 pub(in crate::simulation) fn settling_direction(setup: &Setup) -> Option<Vec3> {
@@ -258,7 +261,7 @@ fn moment_about(setup: &Setup, contact: &ContactState, way: Vec3) -> [f64; 6] {
     let nearest = setup.domain.nearest_image(way);
     let branch = setup.domain.shifted(nearest, contact.key().shift().map(|along| -along));
     let moment = -0.5 * (branch * force.transpose() + force * branch.transpose());
-    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].map(|(i, j)| moment[(i, j)])
+    PAIRS.map(|(i, j)| moment[(i, j)])
 }
 
 /// The centre of a particle of a contact (m).

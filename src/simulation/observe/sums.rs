@@ -97,6 +97,13 @@ pub struct Totals {
     pub maxima: Vec<f64>,
 }
 
+impl Totals {
+    /// Those of one [`Sums`], on every rank. Collective.
+    pub(in crate::simulation) fn of(sums: Sums, comm: &Comm) -> Self {
+        Sums::reduce(&[sums], comm).swap_remove(0)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,19 +1,18 @@
 //! Profiles of particles and fluid along axes of the box: sums over bins, for which nothing is gathered.
 
+use super::table::Table;
 use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Profile, Setup};
 use crate::contact::CutPart;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
-use crate::output::{OutputFiles, RowsMark, SeriesWriter, Summary, directory, profiles};
+use crate::output::{OutputFiles, RowsMark, Summary, directory, profiles};
 use crate::particle::Particle;
-use crate::simulation::observe::{Sums, branch_moment, partners};
+use crate::simulation::observe::{PAIRS, Sums, branch_moment, partners};
 use serde::{Deserialize, Serialize};
 
 const NAME: &str = "profiles";
-/// Pairs of axes of a symmetric tensor.
-const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 // Sums of a bin: volume of the bodies, velocity, its products, angular velocity, stress of contacts, then the number in each section.
 const VELOCITY: usize = 1;
 const PRODUCTS: usize = 4;
@@ -33,7 +32,7 @@ pub(super) struct Profiles<'a> {
     /// Parts of the bodies by template, as they are cut.
     parts: Vec<Vec<CutPart>>,
     sections: usize,
-    open: Option<SeriesWriter>,
+    table: Table,
     /// Step of the last rows.
     last: u64,
 }
@@ -55,7 +54,9 @@ impl<'a> Profiles<'a> {
         let parts =
             setup.templates.iter().map(|template| template.parts().map(CutPart::new).collect()).collect();
         let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
-        Some(Self { setup, files: files_of(setup), parts, sections, open: None, last: 0 })
+        let files = files_of(setup);
+        let table = Table::new(files.table(directory::PROFILES), profiles::head(sections));
+        Some(Self { setup, files, parts, sections, table, last: 0 })
     }
 
     fn per_bin(&self) -> usize {
@@ -236,20 +237,16 @@ impl Writer for Profiles<'_> {
             .enumerate()
             .flat_map(|(number, (first, profile))| self.rows((number, first, profile), output))
             .collect();
-        let table = match &mut self.open {
-            Some(table) => table,
-            none => none.insert(profiles::create(&self.files.profiles(), self.sections)?),
-        };
         self.last = output.step;
-        table.write(&rows)
+        self.table.write(&rows)
     }
 
     fn intact(&self) -> Result<()> {
-        self.open.as_ref().map_or(Ok(()), SeriesWriter::intact)
+        self.table.intact()
     }
 
     fn state(&mut self) -> Result<WriterState> {
-        let rows = self.open.as_ref().map(SeriesWriter::mark).transpose()?;
+        let rows = self.table.mark()?;
         Ok(serde_json::json!(State { profiles: self.shapes(), rows, last: self.last }))
     }
 
@@ -258,29 +255,24 @@ impl Writer for Profiles<'_> {
         if rows.is_some() && profiles != self.shapes() {
             return Err(Error::Input(format!(
                 "`output.profiles` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
-                self.files.profiles().display()
+                self.table.path().display()
             )));
         }
-        rows.map_or(Ok(()), |mark| SeriesWriter::holds(&self.files.profiles(), &mark))
+        self.table.holds(rows.as_ref())
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
         let State { rows, last, .. } = parsed(NAME, state)?;
-        let path = self.files.profiles();
         self.last = last;
-        self.open = rows.map(|mark| SeriesWriter::resume(&path, &mark)).transpose()?;
-        if self.open.is_none() {
-            directory::remove(&path)?;
-        }
-        Ok(())
+        self.table.resume(rows.as_ref())
     }
 
     fn finish(&mut self, _: &mut Summary) -> Result<()> {
-        if self.open.is_none() {
+        if self.table.is_empty() {
             return Ok(());
         }
         let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
-        profiles::write_means(&self.files.profiles(), &self.files.profile_means(), from)
+        profiles::BINS.write_means(self.table.path(), &self.files.table(directory::PROFILE_MEANS), from)
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {

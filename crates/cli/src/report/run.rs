@@ -9,7 +9,7 @@ use super::{Source, read_json};
 use std::path::PathBuf;
 use turbid::error::Result;
 use turbid::output::numbers::{self, duration, with_error};
-use turbid::output::{LEAST_DISTANCE, OutputFiles, SeriesTable, Summary};
+use turbid::output::{LEAST_DISTANCE, OutputFiles, SeriesTable, Summary, directory};
 use turbid_plot::Bars;
 
 /// Kinds of particles of which each has a row; a file of positions may have thousands of sizes.
@@ -50,7 +50,7 @@ pub(super) fn describe(section: &mut Section, source: &Source, share: u64, left:
         section.heading("Over time");
         figures::all(section, series, summary.as_ref());
     }
-    if let Some(path) = present(files.profile_means()) {
+    if let Some(path) = present(files.table(directory::PROFILE_MEANS)) {
         section.heading("Profiles");
         profiles::all(section, &SeriesTable::read(&path)?);
     }

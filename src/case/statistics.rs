@@ -1,0 +1,97 @@
+//! Plans of the statistics of particles and fluid.
+
+use super::checks::Document;
+use super::file::PlaneName;
+use super::schedule::Known;
+use crate::error::Result;
+use crate::output::series::{COLUMNS, is_of_a_body};
+
+/// A profile along an axis of the box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Profile {
+    /// The axis.
+    pub axis: usize,
+    /// Number of bins of equal length.
+    pub bins: usize,
+}
+
+/// Structure of the particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Structure {
+    /// Steps between rows; 0 is never.
+    pub every: u64,
+    /// Largest distance of two centres (m).
+    pub reach: f64,
+    /// Number of bins of equal width up to there.
+    pub bins: usize,
+    /// Axes of the plane in which pairs are told apart by their direction.
+    pub plane: Option<[usize; 2]>,
+}
+
+/// Motion of the particles over time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dynamics {
+    /// Steps between samples; 0 is never.
+    pub every: u64,
+    /// Number of samples of a block.
+    pub lags: usize,
+}
+
+/// Diameters within which pairs are counted, and number of bins, if a case says nothing.
+const REACH: f64 = 3.0;
+const BINS: usize = 150;
+const LAGS: usize = 100;
+
+/// The profiles of a case.
+pub(super) fn profiles(document: &Document) -> Vec<Profile> {
+    let profiles = document.case.output.profiles.iter();
+    profiles.map(|of| Profile { axis: of.axis as usize, bins: of.bins }).collect()
+}
+
+/// The structure that a case asks for.
+pub(super) fn structure(document: &Document, known: &Known, end_step: u64) -> Result<Option<Structure>> {
+    let Some(section) = document.case.output.structure else { return Ok(None) };
+    let key = "output.structure.reach";
+    let periodic = document.case.domain.periodic;
+    let edges = known.size.iter().zip(periodic).filter(|(_, periodic)| *periodic);
+    let half = edges.map(|(edge, _)| 0.5 * edge).fold(f64::INFINITY, f64::min);
+    let reach = section.reach.unwrap_or_else(|| (REACH * known.diameter).min(half));
+    // Half an edge of whole cells may round down.
+    if reach > half * (1.0 + 1e-9) {
+        let wanted = format!("at most {half:.6} m, half of the shortest periodic edge of the box");
+        let remedy = "further away pairs of a particle and an image of another would count; take a larger box, or leave the key out";
+        return Err(document.out_of_range(key, reach, &wanted, remedy));
+    }
+    Ok(Some(Structure {
+        every: document.interval("output.structure.every", section.every, known.clock, end_step / 100)?,
+        reach: reach.min(half),
+        bins: section.bins.unwrap_or(BINS),
+        plane: section.plane.map(|plane| match plane {
+            PlaneName::Xy => [0, 1],
+            PlaneName::Xz => [0, 2],
+            PlaneName::Yz => [1, 2],
+        }),
+    }))
+}
+
+/// The dynamics that a case asks for.
+pub(super) fn dynamics(document: &Document, known: &Known, end_step: u64) -> Result<Option<Dynamics>> {
+    let Some(section) = document.case.output.dynamics else { return Ok(None) };
+    let every = document.interval("output.dynamics.every", section.every, known.clock, end_step / 1000)?;
+    Ok(Some(Dynamics { every, lags: section.lags.unwrap_or(LAGS) }))
+}
+
+/// The columns of series.csv that a case averages.
+pub(super) fn averaged(document: &Document) -> Result<Vec<String>> {
+    let names = &document.case.output.average;
+    let of_all = || COLUMNS.iter().filter_map(|head| head.split(" (").next());
+    if let Some((n, name)) =
+        names.iter().enumerate().find(|(_, name)| !is_of_a_body(name) && !of_all().any(|known| known == *name))
+    {
+        let key = format!("output.average.{n}");
+        let title = format!("series.csv has no column `{name}`");
+        let remedy = "docs/reference/tables.md lists the columns; those of structure.csv are averaged anyway";
+        return Err(document.error(&key, &title, "not a column", remedy));
+    }
+    Ok(names.clone())
+}

@@ -1,0 +1,70 @@
+//! Tables of the structure of the particles: `structure.csv`, `pair_distribution.csv` and `contact_forces.csv`.
+
+use super::means::Bins;
+use super::series::{definitions, heads};
+use std::sync::LazyLock;
+
+/// Quantities of `structure.csv`, one row per time.
+const QUANTITIES: &str = "\
+step (-): Steps done.
+t (s): Time, `step * time_step`.
+nearest_neighbour_distance (m): Mean distance of a particle's centre to the nearest other one, of particles that have one within \
+    `output.structure.reach`.
+coordination (-): Mean number of bodies and walls that a freely moving particle touches. Empty, as is all that follows from contacts, if the engine \
+    does not tell them.
+rattlers (-): Part of the freely moving particles that touch fewer than four bodies and walls (Goncu, Duran and Luding 2010, \
+    doi:10.1016/j.crme.2010.10.004).
+coordination_without_rattlers (-): Mean number of bodies and walls that the others touch.
+fabric_{xx,yy,zz,xy,xz,yz} (-): Fabric tensor, mean of `n_i n_j` over the contacts of particles with each other, `n` the unit normal \
+    (Satake 1982); its trace is 1, and a third of that on the diagonal means no preferred direction.
+normal_force (N): Mean normal force of these contacts, positive where it pushes.
+orientation_{xx,yy,zz,xy,xz,yz} (-): Orientation tensor, mean of `p_i p_j` (Advani and Tucker 1987, doi:10.1122/1.549945), `p` the \
+    principal axis of a body whose moment of inertia differs most from both others. Empty without such bodies.
+";
+
+/// Quantities of `pair_distribution.csv`, one row per time and bin.
+const OF_PAIRS: &str = "\
+step (-): Steps done.
+t (s): Time, `step * time_step`.
+separation (m): Middle of the bin of the distance `r` of two centres.
+pair_distribution (-): `g(r)`, number of ordered pairs in the bin over that of as many particles anywhere in the box, `N (N - 1) / V` times the volume of the \
+    shell; in a box with walls times the part of it that lies in the box, in the mean over its centre.
+";
+
+/// Quantities of `contact_forces.csv`, one row per time and bin.
+const OF_FORCES: &str = "\
+step (-): Steps done.
+t (s): Time, `step * time_step`.
+force_over_mean (-): Middle of the bin of the normal force of contacts between particles over its mean at this time (those that pull are left out).
+probability_density (-): Part of the contacts in the bin over its width (Radjai et al. 1996, doi:10.1103/PhysRevLett.77.274).
+";
+
+/// Sectors of the directions of pairs in a plane, from the first axis on over half a turn.
+pub const SECTORS: usize = 18;
+
+/// Header of `structure.csv`.
+pub static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(QUANTITIES));
+/// Header of `contact_forces.csv`.
+pub static FORCE_COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(OF_FORCES));
+/// Header of `pair_distribution.csv` without directions.
+pub static PAIR_COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(OF_PAIRS));
+/// Definition of every quantity of the three tables.
+pub static DEFINITIONS: LazyLock<Vec<(&str, &str)>> =
+    LazyLock::new(|| [QUANTITIES, OF_PAIRS, OF_FORCES].map(definitions).concat());
+
+/// The bins of `pair_distribution.csv`.
+pub const PAIR_BINS: Bins = Bins { keys: &["separation"], time: "t", front: 3, independent: false };
+/// The bins of `contact_forces.csv`.
+pub const FORCE_BINS: Bins = Bins { keys: &["force_over_mean"], time: "t", front: 3, independent: false };
+
+/// Angle (degrees) from the first axis of the plane in the middle of a sector.
+pub fn angle(sector: usize) -> usize {
+    (180 * sector + 90) / SECTORS
+}
+
+/// Header of `pair_distribution.csv`, with columns of directions if pairs are told apart by them.
+pub fn pair_head(directions: bool) -> Vec<String> {
+    let sectors = if directions { SECTORS } else { 0 };
+    let of = |sector| format!("pair_distribution_at_{} (-)", angle(sector));
+    PAIR_COLUMNS.iter().cloned().chain((0..sectors).map(of)).collect()
+}

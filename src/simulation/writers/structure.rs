@@ -1,0 +1,401 @@
+//! Structure of the particles: pair distribution, neighbours, contact network and orientations, as sums over all ranks.
+//!
+//! ```text
+//! g(r) = n(r) V / (N (N - 1) 4 pi / 3 (r2^3 - r1^3) w(r))       n(r) ordered pairs in the bin from r1 to r2
+//! w(r) = < prod (1 - r |e_a| / L_a) >                           closed axes a, mean over directions e; 1 in a periodic box
+//! g(r, theta)  the same of pairs within 30 degrees of a plane, in sectors of 10 degrees, w of the middle of the sector
+//! ```
+//!
+//! `w` is the part of the shell about a point of the box that lies in it (the set covariance of the box). Centres reach over the blocks of
+//! ranks by messages ([`centres_near`]), so that `r` may be longer than ghosts reach. Every pair is counted once by the owner of each of its
+//! particles; counts are whole numbers, and so have the same bits on any ranks.
+//!
+//! # Reference
+//! Hansen and McDonald (2013), Theory of Simple Liquids, section 2.5, for `g`; Stoyan et al. (1995), Stochastic Geometry, section 4.5, for `w`.
+
+use super::table::Table;
+use super::vtk::parsed;
+use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
+use crate::case::{Setup, Structure};
+use crate::contact::PairFinder;
+use crate::domain::Domain;
+use crate::error::{Error, Result};
+use crate::math::Vec3;
+use crate::output::structure::{COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SECTORS, pair_head};
+use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, averages, directory};
+use crate::particle::{Particle, Template};
+use crate::simulation::observe::{PAIRS, Sums, Totals, at_owners, centres_near};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
+
+const NAME: &str = "structure";
+/// Fewest contacts of a particle that holds itself.
+const HOLDS: u64 = 4;
+/// Bins of the contact forces, and the width of each over the mean.
+const FORCES: usize = 60;
+const FORCE_WIDTH: f64 = 0.1;
+/// Least relative difference of a moment of inertia from both others by which a body has an axis.
+const DISTINCT: f64 = 1e-3;
+
+// Sums: whole numbers of particles, of those that move, of those with a neighbour, of contacts, of forces that push, then scalars.
+const ALL: usize = 0;
+const MOVING: usize = 1;
+const TOUCHES: usize = 2;
+const LOOSE: usize = 3;
+const HOLDING: usize = 4;
+const NEAR: usize = 5;
+const CONTACTS: usize = 6;
+const FORCE: usize = 7;
+const WITH_AXIS: usize = 8;
+const COUNTS: usize = 9;
+// Fixed-point sums: distance over the reach, fabric, orientation.
+const DISTANCE: usize = 0;
+const FABRIC: usize = 1;
+const AXES: usize = 7;
+const FIXED: usize = 13;
+
+/// Writes `structure.csv`, `pair_distribution.csv` and `contact_forces.csv`, and at the end the means over time.
+pub(super) struct StructureWriter<'a> {
+    setup: &'a Setup,
+    plan: Structure,
+    files: OutputFiles,
+    /// Axis of the bodies of each template, if they have one.
+    axes: Vec<Option<Vec3>>,
+    numbers: Table,
+    pairs: Table,
+    forces: Table,
+    /// Step of the last rows.
+    last: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    /// Reach and number of bins.
+    bins: (f64, usize),
+    plane: Option<[usize; 2]>,
+    rows: [Option<RowsMark>; 3],
+    last: u64,
+}
+
+impl<'a> StructureWriter<'a> {
+    /// That of a case, if it asks for one.
+    pub(super) fn of(setup: &'a Setup) -> Option<Self> {
+        let plan = setup.plan.output.structure?;
+        let files = files_of(setup);
+        let table = |name, head| Table::new(files.table(name), head);
+        Some(Self {
+            numbers: table(directory::STRUCTURE, COLUMNS.clone()),
+            pairs: table(directory::PAIR_DISTRIBUTION, pair_head(plan.plane.is_some())),
+            forces: table(directory::CONTACT_FORCES, FORCE_COLUMNS.clone()),
+            axes: setup.templates.iter().map(axis_of).collect(),
+            setup,
+            plan,
+            files,
+            last: 0,
+        })
+    }
+
+    fn sectors(&self) -> usize {
+        self.plan.plane.map_or(0, |_| SECTORS)
+    }
+
+    /// Index of the first sum of the forces of contacts.
+    fn on_forces(&self) -> usize {
+        COUNTS + self.plan.bins * (1 + self.sectors())
+    }
+
+    fn moves(&self, particle: &Particle) -> bool {
+        !self.setup.motions[particle.template as usize].holds_centre()
+    }
+
+    /// Adds the pairs of the particles of this rank, `others` being the centres of other ranks near them.
+    fn add_pairs(&self, own: &[Particle], others: &[Vec3], sums: &mut Sums) {
+        let Structure { reach, bins, plane, .. } = self.plan;
+        let (domain, width) = (self.setup.domain, reach / bins as f64);
+        let centres: Vec<Vec3> = own.iter().map(Particle::position).chain(others.iter().copied()).collect();
+        let mut counts = vec![0.0; self.on_forces() - COUNTS];
+        let mut nearest = vec![f64::INFINITY; own.len()];
+        let images = domain.images_nearest();
+        let mut finder = PairFinder::new(domain);
+        for pair in finder.find(&centres, &vec![0.5 * reach; centres.len()]) {
+            let [i, j] = pair.map(|k| k as usize);
+            let mine = [i, j].iter().filter(|k| **k < own.len()).count();
+            if mine == 0 {
+                continue;
+            }
+            let way = images.of(centres[j] - centres[i]);
+            let distance = way.norm();
+            for k in [i, j] {
+                if let Some(least) = nearest.get_mut(k) {
+                    *least = least.min(distance);
+                }
+            }
+            let bin = (distance / width) as usize;
+            if bin >= bins {
+                continue;
+            }
+            counts[bin] += mine as f64;
+            if let Some(sector) = plane.and_then(|plane| sector(way, plane)) {
+                counts[bins + bin * SECTORS + sector] += mine as f64;
+            }
+        }
+        for (index, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0.0) {
+            sums.add(COUNTS + index, &[*count]);
+        }
+        for distance in nearest.iter().filter(|distance| distance.is_finite()) {
+            sums.add(NEAR, &[1.0]);
+            sums.add_fixed(DISTANCE, distance / reach);
+        }
+    }
+
+    /// Adds the contacts of this rank, and the numbers of contacts of its particles. Collective.
+    fn add_contacts(&self, rank: &RankState, sums: &mut Sums) {
+        let (mut partners, mut touching) = (BTreeSet::new(), BTreeMap::new());
+        let mut forces = Vec::new();
+        for contact in rank.contacts() {
+            // Parts of two bodies may touch several times.
+            if partners.insert((contact.first, contact.second, contact.key().shift())) {
+                *touching.entry(contact.first).or_insert(0) += 1;
+                if contact.wall().is_none() {
+                    *touching.entry(contact.second).or_insert(0) += 1;
+                }
+            }
+            if contact.wall().is_none() {
+                let normal = Vec3::from(contact.normal);
+                sums.add(CONTACTS, &[1.0]);
+                for (k, (i, j)) in PAIRS.into_iter().enumerate() {
+                    sums.add_fixed(FABRIC + k, normal[i] * normal[j]);
+                }
+                forces.push(-Vec3::from(contact.force).dot(&normal));
+            }
+        }
+        let simulation = rank.simulation();
+        let touching = at_owners(simulation, rank.decomposition(), &touching);
+        for (particle, touches) in simulation.particles().iter().zip(touching) {
+            if self.moves(particle) {
+                sums.add(TOUCHES, &[touches as f64]);
+                let holds = touches >= HOLDS;
+                sums.add(if holds { HOLDING } else { LOOSE }, &[if holds { touches as f64 } else { 1.0 }]);
+            }
+        }
+        // The bins are in units of the mean, which all ranks must know first.
+        let mut total = Sums::new(2, 0, 0);
+        forces.iter().for_each(|force| total.add(0, &[*force, 1.0]));
+        let total = Totals::of(total, simulation.comm());
+        let mean = total.sums[0] / total.sums[1];
+        for force in forces {
+            sums.add(FORCE, &[force]);
+            let bin = force / (mean * FORCE_WIDTH);
+            if bin >= 0.0 && bin < FORCES as f64 {
+                sums.add(self.on_forces() + bin as usize, &[1.0]);
+            }
+        }
+    }
+
+    /// The row of `structure.csv`.
+    fn numbers(&self, output: &RootOutput) -> Vec<Option<f64>> {
+        let Totals { sums, fixed, .. } = output.totals;
+        let over = |sum: f64, count: f64| (count > 0.0 && !sum.is_nan()).then(|| sum / count);
+        let holding = sums[MOVING] - sums[LOOSE];
+        let tensor = |first: usize, count: f64| {
+            fixed[first..first + 6].iter().map(move |sum| over(*sum, count)).collect::<Vec<_>>()
+        };
+        let mut row = vec![Some(output.step as f64), Some(output.time)];
+        row.push(over(self.plan.reach * fixed[DISTANCE], sums[NEAR]));
+        row.push(over(sums[TOUCHES], sums[MOVING]));
+        row.push(over(sums[LOOSE], sums[MOVING]));
+        row.push(over(sums[HOLDING], holding));
+        row.extend(tensor(FABRIC, sums[CONTACTS]));
+        row.push(over(sums[FORCE], sums[CONTACTS]));
+        row.extend(tensor(AXES, sums[WITH_AXIS]));
+        row
+    }
+
+    /// Rows of `pair_distribution.csv`.
+    fn pair_rows(&self, output: &RootOutput) -> Vec<Vec<Option<f64>>> {
+        let Structure { reach, bins, plane, .. } = self.plan;
+        let (domain, sums) = (&self.setup.domain, &output.totals.sums);
+        let pairs = sums[ALL] * (sums[ALL] - 1.0) / domain.volume();
+        let width = reach / bins as f64;
+        let row = |bin: usize| {
+            let [low, high] = [bin, bin + 1].map(|end| end as f64 * width);
+            let (r, shell) = (0.5 * (low + high), 4.0 / 3.0 * PI * (high * high * high - low * low * low));
+            let over = |count: f64, expected: f64| (expected > 0.0).then(|| count / expected);
+            let mut row = vec![Some(output.step as f64), Some(output.time), Some(r)];
+            row.push(over(sums[COUNTS + bin], pairs * shell * in_box(domain, r)));
+            if let Some(plane) = plane {
+                let first = COUNTS + bins + bin * SECTORS;
+                row.extend((0..SECTORS).map(|sector| {
+                    // Half of the directions are within 30 degrees of the plane.
+                    let part = 0.5 / SECTORS as f64 * in_box_towards(domain, r, plane, sector);
+                    over(sums[first + sector], pairs * shell * part)
+                }));
+            }
+            row
+        };
+        (0..bins).map(row).collect()
+    }
+}
+
+/// The principal axis of the bodies of a template, in their frame, whose moment of inertia differs most from both others.
+fn axis_of(template: &Template) -> Option<Vec3> {
+    let moments = template.inertia();
+    let least = |axis: usize| {
+        let off = |other: usize| (moments[axis] - moments[(axis + other) % 3]).abs();
+        off(1).min(off(2))
+    };
+    let best = (0..3).max_by(|&a, &b| least(a).total_cmp(&least(b)))?;
+    (least(best) > DISTINCT * moments.max()).then(|| Vec3::ith(best, 1.0))
+}
+
+/// Sector of a pair that is within 30 degrees of a plane.
+fn sector(way: Vec3, [a, b]: [usize; 2]) -> Option<usize> {
+    let (mut x, mut y) = (way[a], way[b]);
+    let across = way[3 - a - b];
+    if 4.0 * across * across > way.norm_squared() {
+        return None;
+    }
+    // Pairs have no direction: both ways to the bit.
+    if y < 0.0 || (y == 0.0 && x < 0.0) {
+        (x, y) = (-x, -y);
+    }
+    Some(((libm::atan2(y, x) / PI * SECTORS as f64) as usize).min(SECTORS - 1))
+}
+
+/// Part of a spherical shell about a point of the box that lies in it, in the mean over the point; with `m` closed axes
+/// `1 - sum r / (2 L_a) + sum 2 r^2 / (3 pi L_a L_b) - r^3 / (4 pi L_x L_y L_z)`, as far as `r` is shorter than all of these.
+fn in_box(domain: &Domain, r: f64) -> f64 {
+    let size = domain.size();
+    let s: Vec<f64> = (0..3).filter(|axis| !domain.is_periodic(*axis)).map(|axis| r / size[axis]).collect();
+    let pairs: f64 = (0..s.len()).flat_map(|i| (0..i).map(move |j| (i, j))).map(|(i, j)| s[i] * s[j]).sum();
+    let triple = if s.len() == 3 { s[0] * s[1] * s[2] } else { 0.0 };
+    1.0 - 0.5 * s.iter().sum::<f64>() + pairs * 2.0 / (3.0 * PI) - triple / (4.0 * PI)
+}
+
+/// The same of the directions in a sector of a plane, with their mean parts along and across it.
+fn in_box_towards(domain: &Domain, r: f64, plane: [usize; 2], sector: usize) -> f64 {
+    // Means of sqrt(1 - m^2) and of |m| over -1/2 < m < 1/2.
+    const ALONG: f64 = 0.956_611_5;
+    const ACROSS: f64 = 0.25;
+    let (sin, cos) = libm::sincos((sector as f64 + 0.5) / SECTORS as f64 * PI);
+    let closed = (0..3).filter(|axis| !domain.is_periodic(*axis));
+    closed
+        .map(|axis| {
+            let part = match plane.iter().position(|of| *of == axis) {
+                Some(0) => ALONG * cos.abs(),
+                Some(_) => ALONG * sin,
+                None => ACROSS,
+            };
+            (1.0 - r * part / domain.size()[axis]).max(0.0)
+        })
+        .product()
+}
+
+impl Writer for StructureWriter<'_> {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn every(&self) -> u64 {
+        self.plan.every
+    }
+
+    fn needs(&self) -> Vec<Need> {
+        Vec::new()
+    }
+
+    fn sums(&self, rank: &mut RankState) -> Sums {
+        let mut sums = Sums::new(self.on_forces() + FORCES, FIXED, 0);
+        let simulation = rank.simulation();
+        let own = simulation.particles();
+        let moving = own.iter().filter(|particle| self.moves(particle)).count();
+        sums.add(ALL, &[own.len() as f64, moving as f64]);
+        for particle in own {
+            if let Some(axis) = self.axes[particle.template as usize] {
+                let axis = particle.orientation() * axis;
+                sums.add(WITH_AXIS, &[1.0]);
+                for (k, (i, j)) in PAIRS.into_iter().enumerate() {
+                    sums.add_fixed(AXES + k, axis[i] * axis[j]);
+                }
+            }
+        }
+        let others = centres_near(simulation, rank.decomposition(), self.plan.reach);
+        self.add_pairs(own, &others, &mut sums);
+        if simulation.dem().tells_contacts() {
+            self.add_contacts(rank, &mut sums);
+        } else {
+            [TOUCHES, LOOSE, HOLDING].iter().for_each(|of| sums.add(*of, &[f64::NAN]));
+        }
+        sums
+    }
+
+    fn complete(&mut self, output: &RootOutput) -> Result<()> {
+        self.last = output.step;
+        self.numbers.write(&[self.numbers(output)])?;
+        self.pairs.write(&self.pair_rows(output))?;
+        let sums = &output.totals.sums;
+        let rows = (0..FORCES).map(|bin| {
+            let force = (bin as f64 + 0.5) * FORCE_WIDTH;
+            let count = sums[self.on_forces() + bin];
+            let density = (sums[CONTACTS] > 0.0).then(|| count / (sums[CONTACTS] * FORCE_WIDTH));
+            [Some(output.step as f64), Some(output.time), Some(force), density]
+        });
+        self.forces.write(&rows.collect::<Vec<_>>())
+    }
+
+    fn intact(&self) -> Result<()> {
+        [&self.numbers, &self.pairs, &self.forces].into_iter().try_for_each(Table::intact)
+    }
+
+    fn state(&mut self) -> Result<WriterState> {
+        let rows = [self.numbers.mark()?, self.pairs.mark()?, self.forces.mark()?];
+        let bins = (self.plan.reach, self.plan.bins);
+        Ok(serde_json::json!(State { bins, plane: self.plan.plane, rows, last: self.last }))
+    }
+
+    fn fits(&self, state: &WriterState) -> Result<()> {
+        let State { bins, plane, rows, .. } = parsed(NAME, state)?;
+        if rows[0].is_some() && (bins, plane) != ((self.plan.reach, self.plan.bins), self.plan.plane) {
+            return Err(Error::Input(format!(
+                "`output.structure` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
+                self.pairs.path().display()
+            )));
+        }
+        let tables = [&self.numbers, &self.pairs, &self.forces].into_iter().zip(&rows);
+        tables.into_iter().try_for_each(|(table, rows)| table.holds(rows.as_ref()))
+    }
+
+    fn resume(&mut self, state: &WriterState) -> Result<()> {
+        let State { rows, last, .. } = parsed(NAME, state)?;
+        self.last = last;
+        let tables = [&mut self.numbers, &mut self.pairs, &mut self.forces].into_iter().zip(&rows);
+        tables.into_iter().try_for_each(|(table, rows)| table.resume(rows.as_ref()))
+    }
+
+    fn finish(&mut self, summary: &mut Summary) -> Result<()> {
+        if self.numbers.is_empty() {
+            return Ok(());
+        }
+        let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
+        let table = SeriesTable::read(self.numbers.path())?;
+        summary.averages.extend(averages(&table, is_number, from, f64::INFINITY));
+        let means = |name| self.files.table(name);
+        PAIR_BINS.write_means(self.pairs.path(), &means(directory::PAIR_DISTRIBUTION_MEANS), from)?;
+        FORCE_BINS.write_means(self.forces.path(), &means(directory::CONTACT_FORCE_MEANS), from)
+    }
+
+    fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
+        let numbers = COLUMNS.len() + self.plan.bins * (4 + self.sectors()) + 4 * FORCES;
+        let rows = FileEstimate::of(self, end_step, "structure", NUMBER * numbers as f64, "");
+        Some(FileEstimate { count: 1, bytes: rows.total(), ..rows })
+    }
+}
+
+/// True of the columns that are no time.
+fn is_number(name: &str) -> bool {
+    !["step", "t"].contains(&name)
+}
+
+#[cfg(test)]
+mod tests;
