@@ -62,6 +62,7 @@ pub(crate) use schedule::of_machine;
 pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, Steady};
 pub use speeds::{Bound, DrivenFlow, Impact};
 pub use start::StartFlow;
+pub(crate) use statistics::LAGS;
 pub use statistics::{Dynamics, Profile, Structure};
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and

@@ -10,6 +10,8 @@ mod atomic;
 mod averages;
 pub mod contacts;
 pub mod directory;
+pub mod dynamics;
+pub mod fronts;
 mod growing;
 pub mod means;
 pub mod numbers;
@@ -43,8 +45,8 @@ pub use polydata::PolyData;
 pub use pvd::Collection;
 pub use series::{SeriesColumn, SeriesRow, SeriesTable};
 pub use statistics::{
-    Estimate, LEAST_DISTANCE, Settled, estimate_independent, estimate_mean, estimate_ratio, estimate_settling, estimate_sheared,
-    settled, settled_suspension,
+    Estimate, LEAST_DISTANCE, Settled, estimate_independent, estimate_mean, estimate_ratio,
+    estimate_settling, estimate_sheared, estimate_slope, settled, settled_suspension,
 };
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;

@@ -3,6 +3,7 @@
 //! [`run()`] does all of it and writes files; [`Simulation`] is for programs that step themselves.
 
 mod alone;
+mod analyse;
 mod branch;
 mod checkpointer;
 mod engine;
@@ -39,6 +40,7 @@ use crate::units::Units;
 use crate::wall::Wall;
 #[doc(hidden)]
 pub use alone::Alone;
+pub use analyse::{Analysis, analyse, particles_in};
 pub use branch::Branch;
 use checkpointer::Requests;
 pub use checkpointer::saved_head;

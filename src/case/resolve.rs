@@ -215,14 +215,13 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
     let mut present: BTreeSet<usize> =
         (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
     let clock = Clock::of(time_step, fluid.as_ref());
-    let mut known =
-        Known {
-            name,
-            clock,
-            size: domain.size(),
-            diameter: kinds.diameter,
-            few: are_few(templates, counts.iter().copied()),
-        };
+    let mut known = Known {
+        name,
+        clock,
+        size: domain.size(),
+        diameter: kinds.diameter,
+        few: are_few(templates, counts.iter().copied()),
+    };
     let mut plan = RunPlan::new(document, &known)?;
     let exchange = Exchange {
         placer: &placer,

@@ -28,6 +28,19 @@ pub struct Structure {
     pub plane: Option<[usize; 2]>,
 }
 
+impl Structure {
+    /// That of a box (periodic axes, edges in m) whose case says nothing, over a whole number of steps.
+    pub fn usual(every: u64, edges: [Option<f64>; 3], diameter: f64) -> Self {
+        let reach = (REACH * diameter).min(half_edge(edges));
+        Self { every, reach, bins: BINS, plane: None }
+    }
+}
+
+/// Half of the shortest periodic edge (m), of those that there are.
+fn half_edge(edges: [Option<f64>; 3]) -> f64 {
+    edges.into_iter().flatten().map(|edge| 0.5 * edge).fold(f64::INFINITY, f64::min)
+}
+
 /// Motion of the particles over time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dynamics {
@@ -40,7 +53,8 @@ pub struct Dynamics {
 /// Diameters within which pairs are counted, and number of bins, if a case says nothing.
 const REACH: f64 = 3.0;
 const BINS: usize = 150;
-const LAGS: usize = 100;
+/// Samples of a block if a case says nothing.
+pub(crate) const LAGS: usize = 100;
 
 /// The profiles of a case.
 pub(super) fn profiles(document: &Document) -> Vec<Profile> {
@@ -53,9 +67,10 @@ pub(super) fn structure(document: &Document, known: &Known, end_step: u64) -> Re
     let Some(section) = document.case.output.structure else { return Ok(None) };
     let key = "output.structure.reach";
     let periodic = document.case.domain.periodic;
-    let edges = known.size.iter().zip(periodic).filter(|(_, periodic)| *periodic);
-    let half = edges.map(|(edge, _)| 0.5 * edge).fold(f64::INFINITY, f64::min);
-    let reach = section.reach.unwrap_or_else(|| (REACH * known.diameter).min(half));
+    let edges = [0, 1, 2].map(|axis| periodic[axis].then_some(known.size[axis]));
+    let every = document.interval("output.structure.every", section.every, known.clock, end_step / 100)?;
+    let (half, usual) = (half_edge(edges), Structure::usual(every, edges, known.diameter));
+    let reach = section.reach.unwrap_or(usual.reach);
     // Half an edge of whole cells may round down.
     if reach > half * (1.0 + 1e-9) {
         let wanted = format!("at most {half:.6} m, half of the shortest periodic edge of the box");
@@ -63,9 +78,9 @@ pub(super) fn structure(document: &Document, known: &Known, end_step: u64) -> Re
         return Err(document.out_of_range(key, reach, &wanted, remedy));
     }
     Ok(Some(Structure {
-        every: document.interval("output.structure.every", section.every, known.clock, end_step / 100)?,
+        every,
         reach: reach.min(half),
-        bins: section.bins.unwrap_or(BINS),
+        bins: section.bins.unwrap_or(usual.bins),
         plane: section.plane.map(|plane| match plane {
             PlaneName::Xy => [0, 1],
             PlaneName::Xz => [0, 2],
@@ -85,8 +100,10 @@ pub(super) fn dynamics(document: &Document, known: &Known, end_step: u64) -> Res
 pub(super) fn averaged(document: &Document) -> Result<Vec<String>> {
     let names = &document.case.output.average;
     let of_all = || COLUMNS.iter().filter_map(|head| head.split(" (").next());
-    if let Some((n, name)) =
-        names.iter().enumerate().find(|(_, name)| !is_of_a_body(name) && !of_all().any(|known| known == *name))
+    if let Some((n, name)) = names
+        .iter()
+        .enumerate()
+        .find(|(_, name)| !is_of_a_body(name) && !of_all().any(|known| known == *name))
     {
         let key = format!("output.average.{n}");
         let title = format!("series.csv has no column `{name}`");

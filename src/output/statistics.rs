@@ -74,6 +74,18 @@ pub fn estimate_ratio(of: &[f64], to: &[f64]) -> Option<Estimate> {
     Some(Estimate { mean: ratio, standard_error: error.map(|error| error / under.abs()) })
 }
 
+/// Slope of the line by least squares through points `[x, y]` at nearly equal spacings, and its standard error, `sqrt(12)` times that of the mean of what the
+/// line leaves over the length in `x`, which knows how long that is correlated; `None` for less than two points.
+pub fn estimate_slope(points: &[[f64; 2]]) -> Option<Estimate> {
+    let length = points.last()?[0] - points.first()?[0];
+    let [x, y] = [0, 1].map(|k| points.iter().map(|point| point[k]).sum::<f64>() / points.len() as f64);
+    let square: f64 = points.iter().map(|point| (point[0] - x).powi(2)).sum();
+    let slope = points.iter().map(|point| (point[0] - x) * (point[1] - y)).sum::<f64>() / square;
+    let left: Vec<f64> = points.iter().map(|point| point[1] - y - slope * (point[0] - x)).collect();
+    let error = standard_error(&left, 0.0).map(|error| 12.0_f64.sqrt() * error / length);
+    (points.len() > 1).then_some(Estimate { mean: slope, standard_error: error })
+}
+
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -236,6 +248,22 @@ mod tests {
         };
         let hits = (0..400).filter(within).count();
         assert!((245..=296).contains(&hits), "blocks: {hits} of 400");
+    }
+
+    #[test]
+    fn the_error_of_a_slope_is_the_scatter_of_the_slopes_of_many_correlated_series() {
+        let (mut errors, mut off) = (0.0, 0.0);
+        for seed in 0..200 {
+            let noise = auto_regressive(0.8, 1000, 9000 + seed);
+            let points: Vec<[f64; 2]> =
+                noise.iter().enumerate().map(|(i, x)| [0.1 * i as f64, 0.3 * i as f64 + x]).collect();
+            let slope = estimate_slope(&points).unwrap();
+            errors += slope.standard_error.unwrap().powi(2);
+            off += (slope.mean - 3.0).powi(2);
+        }
+        let ratio = (errors / off).sqrt();
+        assert!((0.85..1.15).contains(&ratio), "{ratio}");
+        assert_eq!(estimate_slope(&[[0.0, 1.0]]), None);
     }
 
     #[test]

@@ -20,6 +20,8 @@ fabric_{xx,yy,zz,xy,xz,yz} (-): Fabric tensor, mean of `n_i n_j` over the contac
 normal_force (N): Mean normal force of these contacts, positive where it pushes.
 orientation_{xx,yy,zz,xy,xz,yz} (-): Orientation tensor, mean of `p_i p_j` (Advani and Tucker 1987, doi:10.1122/1.549945), `p` the \
     principal axis of a body whose moment of inertia differs most from both others. Empty without such bodies.
+velocity_variance_{xx,yy,zz,xy,xz,yz} (m^2/s^2): Velocity fluctuations, mean of `(v_i - <v_i>) (v_j - <v_j>)` over the freely moving particles; a third \
+    of the trace is the granular temperature.
 ";
 
 /// Quantities of `pair_distribution.csv`, one row per time and bin.

@@ -23,11 +23,7 @@ pub(super) use gather::{
     each_cell, fields as all_fields, loads as all_loads, own_fields, particles as all_particles,
 };
 pub(super) use near::{at_owners, centres_near};
-pub(super) use row::branch_moment;
-pub(super) use row::PAIRS;
-pub(super) use row::settles_for_ever;
-#[cfg(feature = "pictures")]
-pub(super) use row::settling_direction;
+pub(super) use row::{PAIRS, branch_moment, settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -13,12 +13,13 @@
 //!
 //! A number of the whole box is a sum over the ranks ([`Writer::sums`]): nothing is gathered for it. A library adds its own writers with [`run_with`](super::run_with()).
 
+pub(super) mod dynamics;
 #[cfg(feature = "pictures")]
 mod pictures;
-mod profiles;
+pub(super) mod profiles;
 pub(super) mod series;
 mod steady;
-mod structure;
+pub(super) mod structure;
 mod table;
 mod vtk;
 
@@ -281,6 +282,13 @@ pub struct RootOutput<'a> {
     pub pieces: Option<&'a Decomposition>,
 }
 
+impl<'a> RootOutput<'a> {
+    /// With nothing of a step but its totals.
+    pub(super) fn of(step: u64, time: f64, totals: &'a Totals) -> Self {
+        Self { step, time, row: None, totals, selected: Vec::new(), slices: &[], contacts: &[], pieces: None }
+    }
+}
+
 /// All writers of a case, in the order in which they write; those that are never due among them.
 pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let mut writers = vtk::writers(setup);
@@ -292,6 +300,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     }
     if let Some(structure) = structure::StructureWriter::of(setup) {
         writers.push(Box::new(structure));
+    }
+    if let Some(dynamics) = dynamics::DynamicsWriter::of(setup) {
+        writers.push(Box::new(dynamics));
     }
     if let Some(steadiness) = steady::Steadiness::of(setup) {
         writers.push(Box::new(steadiness));

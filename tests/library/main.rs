@@ -21,6 +21,7 @@ mod schema;
 mod seeds;
 mod session;
 mod starts;
+mod statistics;
 mod stress;
 mod tables;
 mod walls;

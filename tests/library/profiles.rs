@@ -59,7 +59,8 @@ fn profiles_add_up_to_what_is_in_the_box_and_have_the_same_bits_on_1_to_4_ranks(
     let read = |threads: u32| {
         let out = root.path().join(threads.to_string());
         let (setup, files) = written(&out, SHEARED, &[format!("run.threads={threads}")]);
-        let bytes = [files.table(PROFILES), files.table(PROFILE_MEANS)].map(|file| std::fs::read(file).unwrap());
+        let bytes =
+            [files.table(PROFILES), files.table(PROFILE_MEANS)].map(|file| std::fs::read(file).unwrap());
         (setup, files, bytes)
     };
     let (setup, files, alone) = read(1);

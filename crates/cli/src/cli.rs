@@ -1,6 +1,7 @@
 //! The command line: verbs, flags, and the one place that prints errors and chooses the exit code.
 
 mod allocator;
+mod analyse;
 mod bench;
 mod check;
 mod crosscheck;
@@ -59,6 +60,8 @@ enum Command {
     Validate(validate::ValidateArguments),
     /// Draw the results of a run or a study: figures as SVG and PNG, tables, pictures and checks on one page.
     Report(report::ReportArguments),
+    /// Compute statistics of a run from its files: means with errors, profiles, fronts, structure, dynamics.
+    Analyse(analyse::AnalyseArguments),
     /// Make an animated PNG, or an MP4 with ffmpeg, of the pictures of a run.
     Film(film::FilmArguments),
     /// Serve a page about a run of another process to browsers on this machine, from the files that it writes.
@@ -282,6 +285,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Study(arguments) => study::study(&arguments),
         Command::Validate(arguments) => validate::validate(&arguments),
         Command::Report(arguments) => report::report(&arguments).map(|()| true),
+        Command::Analyse(arguments) => analyse::analyse(&arguments).map(|()| true),
         Command::Film(arguments) => film::film(&arguments).map(|()| true),
         Command::Watch(arguments) => live::watch(&arguments).map(|()| true),
         Command::Doctor => {

@@ -14,6 +14,7 @@ mod drafting;
 mod flow_past_sphere;
 mod fluidised_bed;
 mod friction;
+mod hard_sphere_gas;
 mod heap;
 mod hertz;
 mod hindered_settling;
@@ -31,6 +32,7 @@ mod restitution;
 mod rising_sphere;
 mod rolling;
 mod round_walls;
+mod settling_front;
 mod settling_tank;
 mod shear;
 mod shear_viscosity;
@@ -82,8 +84,10 @@ pub const CASES: &[Case] = &[
     prescribed_motion::CASE,
     shear::CASE,
     settling_tank::CASE,
+    settling_front::CASE,
     restitution::CASE,
     friction::CASE,
+    hard_sphere_gas::CASE,
     slope::CASE,
     cohesion::CASE,
     agglomerate::CASE,

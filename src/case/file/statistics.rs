@@ -1,7 +1,7 @@
 //! Statistics of particles and fluid as the user asks for them.
 
 use super::{Axis, Every};
-use crate::document::{free, positive};
+use crate::document::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -21,7 +21,6 @@ pub struct ProfileSection {
 #[serde(deny_unknown_fields, default)]
 pub struct StructureSection {
     /// Rows of structure.csv, `pair_distribution.csv` and `contact_forces.csv`. Default: 100 over the run.
-    #[schemars(transform = free)]
     pub every: Option<Every>,
     /// Largest distance of two centres (m), at most half of the shortest periodic edge of the box. Default: 3 diameters of the first kind of
     /// particle, or that half.
@@ -51,7 +50,6 @@ pub enum PlaneName {
 #[serde(deny_unknown_fields, default)]
 pub struct DynamicsSection {
     /// Time between two samples. Default: 1000 over the run.
-    #[schemars(transform = free)]
     pub every: Option<Every>,
     /// Number of samples of a block, from each of which displacements are counted anew: the longest time lag. Default 100.
     #[schemars(extend("minimum" = 2, "maximum" = 100_000))]

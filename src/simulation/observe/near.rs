@@ -7,7 +7,11 @@ use std::collections::BTreeMap;
 
 /// Centres (m) of the particles of other ranks that are within `reach` (m) of the block of this rank along every axis. Collective; sends each rank in
 /// reach the centres near its block.
-pub(in crate::simulation) fn centres_near(simulation: &Simulation, cut: &Decomposition, reach: f64) -> Vec<Vec3> {
+pub(in crate::simulation) fn centres_near(
+    simulation: &Simulation,
+    cut: &Decomposition,
+    reach: f64,
+) -> Vec<Vec3> {
     let comm = simulation.comm();
     let peers = cut.neighbours(comm.rank(), reach);
     let own = simulation.particles();

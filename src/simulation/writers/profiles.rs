@@ -7,12 +7,15 @@ use crate::case::{Profile, Setup};
 use crate::contact::CutPart;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
+use crate::output::fronts::Column;
 use crate::output::{OutputFiles, RowsMark, Summary, directory, profiles};
 use crate::particle::Particle;
-use crate::simulation::observe::{PAIRS, Sums, branch_moment, partners};
+use crate::simulation::observe::{PAIRS, Sums, branch_moment, partners, settling_direction};
 use serde::{Deserialize, Serialize};
 
 const NAME: &str = "profiles";
+/// Cosine of the angle to an axis up to which particles settle along it.
+const ALONG: f64 = 0.999;
 // Sums of a bin: volume of the bodies, velocity, its products, angular velocity, stress of contacts, then the number in each section.
 const VELOCITY: usize = 1;
 const PRODUCTS: usize = 4;
@@ -149,6 +152,33 @@ impl<'a> Profiles<'a> {
     }
 }
 
+/// Means of the profiles of a run from a time (s) on, and the heights of fronts, in tables that `to` gets; nothing where there are no profiles.
+pub(in crate::simulation) fn average(
+    setup: &Setup,
+    [of, to]: [&OutputFiles; 2],
+    from: f64,
+    summary: &mut Summary,
+) -> Result<()> {
+    let rows = of.table(directory::PROFILES);
+    if !rows.is_file() {
+        return Ok(());
+    }
+    if let Some(column) = settling_column(setup) {
+        summary.averages.extend(column.write(&rows, &to.table(directory::FRONTS))?);
+    }
+    profiles::BINS.write_means(&rows, &to.table(directory::PROFILE_MEANS), from)
+}
+
+/// The first profile along the direction in which the particles settle, if the box is closed in it.
+fn settling_column(setup: &Setup) -> Option<Column> {
+    let down = settling_direction(setup)?;
+    let profiles = setup.plan.output.profiles.iter().enumerate();
+    let along = |axis: usize| down[axis].abs() > ALONG && !setup.domain.is_periodic(axis);
+    let (profile, of) = profiles.into_iter().find(|(_, profile)| along(profile.axis))?;
+    let (length, downwards) = (setup.domain.size()[of.axis], down[of.axis] < 0.0);
+    Some(Column { profile, length, downwards, diameter: setup.diameter })
+}
+
 /// Mean vector and variances of what is added up with a weight, times a unit; nothing without weight.
 fn means(weight: f64, vector: &[f64], products: &[f64], unit: f64) -> impl Iterator<Item = Option<f64>> {
     let mean: [f64; 3] = std::array::from_fn(|axis| vector[axis] / weight);
@@ -267,12 +297,9 @@ impl Writer for Profiles<'_> {
         self.table.resume(rows.as_ref())
     }
 
-    fn finish(&mut self, _: &mut Summary) -> Result<()> {
-        if self.table.is_empty() {
-            return Ok(());
-        }
+    fn finish(&mut self, summary: &mut Summary) -> Result<()> {
         let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
-        profiles::BINS.write_means(self.table.path(), &self.files.table(directory::PROFILE_MEANS), from)
+        average(self.setup, [&self.files; 2], from, summary)
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {

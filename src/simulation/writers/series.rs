@@ -11,8 +11,9 @@ use crate::output::ReferenceScales;
 #[cfg(feature = "pictures")]
 use crate::output::picture::{SettlingPlot, write_settling};
 use crate::output::{
-    Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, RowsMark, SeriesRow, SeriesWriter, Summary,
-    directory, estimate_settling, estimate_sheared, particle_series, series, settled_suspension,
+    Estimate, OutputFiles, PATHS, ParticleSeries, PathsState, RowsMark, SeriesRow, SeriesTable, SeriesWriter,
+    Summary, averages, directory, estimate_settling, estimate_sheared, particle_series, series,
+    settled_suspension,
 };
 use crate::particle::Particle;
 use crate::simulation::observe::settles_for_ever;
@@ -269,6 +270,14 @@ impl Writer for Series<'_> {
         let time = |step: &u64| *step as f64 * setup.time_step;
         let steps = samples.steps.get(first..).unwrap_or(&[]);
         summary.averaged_over_time = steps.first().zip(steps.last()).map(|(from, to)| [time(from), time(to)]);
+        let names = &setup.plan.output.average;
+        if !names.is_empty() && self.open.is_some() {
+            let table = SeriesTable::read(&self.files.series())?;
+            let from = from as f64 * setup.time_step;
+            let wanted = |name: &str| names.iter().any(|wanted| wanted == name);
+            let distance = summary.averaged_over_distance.unwrap_or(f64::INFINITY);
+            summary.averages.extend(averages(&table, wanted, from, distance));
+        }
         summary.mach = setup.fluid.as_ref().map(|_| samples.max_mach);
         summary.relative_viscosity = viscosity.map(|e| e.mean);
         summary.relative_viscosity_standard_error = error(viscosity);

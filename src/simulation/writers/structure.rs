@@ -17,6 +17,7 @@ use super::table::Table;
 use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Setup, Structure};
+use crate::comm::Comm;
 use crate::contact::PairFinder;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
@@ -38,7 +39,7 @@ const FORCE_WIDTH: f64 = 0.1;
 /// Least relative difference of a moment of inertia from both others by which a body has an axis.
 const DISTINCT: f64 = 1e-3;
 
-// Sums: whole numbers of particles, of those that move, of those with a neighbour, of contacts, of forces that push, then scalars.
+// Sums: whole numbers of particles, of those that move, of those with a neighbour, of contacts, then forces, bodies with an axis, velocities.
 const ALL: usize = 0;
 const MOVING: usize = 1;
 const TOUCHES: usize = 2;
@@ -48,7 +49,9 @@ const NEAR: usize = 5;
 const CONTACTS: usize = 6;
 const FORCE: usize = 7;
 const WITH_AXIS: usize = 8;
-const COUNTS: usize = 9;
+const VELOCITY: usize = 9;
+const PRODUCTS: usize = 12;
+const COUNTS: usize = 18;
 // Fixed-point sums: distance over the reach, fabric, orientation.
 const DISTANCE: usize = 0;
 const FABRIC: usize = 1;
@@ -56,7 +59,7 @@ const AXES: usize = 7;
 const FIXED: usize = 13;
 
 /// Writes `structure.csv`, `pair_distribution.csv` and `contact_forces.csv`, and at the end the means over time.
-pub(super) struct StructureWriter<'a> {
+pub(in crate::simulation) struct StructureWriter<'a> {
     setup: &'a Setup,
     plan: Structure,
     files: OutputFiles,
@@ -80,7 +83,7 @@ struct State {
 
 impl<'a> StructureWriter<'a> {
     /// That of a case, if it asks for one.
-    pub(super) fn of(setup: &'a Setup) -> Option<Self> {
+    pub(in crate::simulation) fn of(setup: &'a Setup) -> Option<Self> {
         let plan = setup.plan.output.structure?;
         let files = files_of(setup);
         let table = |name, head| Table::new(files.table(name), head);
@@ -96,6 +99,14 @@ impl<'a> StructureWriter<'a> {
         })
     }
 
+    /// Writes the rows of a moment of which only all particles are known, ascending by id.
+    pub(in crate::simulation) fn add(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
+        let mut sums = self.of_particles(particles, &[]);
+        untold(&mut sums);
+        let totals = Totals::of(sums, &Comm::Solo);
+        self.complete(&RootOutput::of(step, time, &totals))
+    }
+
     fn sectors(&self) -> usize {
         self.plan.plane.map_or(0, |_| SECTORS)
     }
@@ -107,6 +118,29 @@ impl<'a> StructureWriter<'a> {
 
     fn moves(&self, particle: &Particle) -> bool {
         !self.setup.motions[particle.template as usize].holds_centre()
+    }
+
+    /// Sums over these particles, `others` being the centres near them.
+    fn of_particles(&self, own: &[Particle], others: &[Vec3]) -> Sums {
+        let mut sums = Sums::new(self.on_forces() + FORCES, FIXED, 0);
+        let moving = own.iter().filter(|particle| self.moves(particle)).count();
+        sums.add(ALL, &[own.len() as f64, moving as f64]);
+        for particle in own {
+            if self.moves(particle) {
+                let v = particle.velocity;
+                sums.add(VELOCITY, &v);
+                sums.add(PRODUCTS, &PAIRS.map(|(i, j)| v[i] * v[j]));
+            }
+            if let Some(axis) = self.axes[particle.template as usize] {
+                let axis = particle.orientation() * axis;
+                sums.add(WITH_AXIS, &[1.0]);
+                for (k, (i, j)) in PAIRS.into_iter().enumerate() {
+                    sums.add_fixed(AXES + k, axis[i] * axis[j]);
+                }
+            }
+        }
+        self.add_pairs(own, others, &mut sums);
+        sums
     }
 
     /// Adds the pairs of the particles of this rank, `others` being the centres of other ranks near them.
@@ -209,6 +243,12 @@ impl<'a> StructureWriter<'a> {
         row.extend(tensor(FABRIC, sums[CONTACTS]));
         row.push(over(sums[FORCE], sums[CONTACTS]));
         row.extend(tensor(AXES, sums[WITH_AXIS]));
+        let mean = |index: usize| sums[index] / sums[MOVING];
+        row.extend((0..6).map(|k| {
+            let (i, j) = PAIRS[k];
+            over(sums[PRODUCTS + k], sums[MOVING])
+                .map(|product| product - mean(VELOCITY + i) * mean(VELOCITY + j))
+        }));
         row
     }
 
@@ -236,6 +276,11 @@ impl<'a> StructureWriter<'a> {
         };
         (0..bins).map(row).collect()
     }
+}
+
+/// Marks all that follows from contacts as unknown.
+fn untold(sums: &mut Sums) {
+    [TOUCHES, LOOSE, HOLDING].iter().for_each(|of| sums.add(*of, &[f64::NAN]));
 }
 
 /// The principal axis of the bodies of a template, in their frame, whose moment of inertia differs most from both others.
@@ -306,26 +351,13 @@ impl Writer for StructureWriter<'_> {
     }
 
     fn sums(&self, rank: &mut RankState) -> Sums {
-        let mut sums = Sums::new(self.on_forces() + FORCES, FIXED, 0);
         let simulation = rank.simulation();
-        let own = simulation.particles();
-        let moving = own.iter().filter(|particle| self.moves(particle)).count();
-        sums.add(ALL, &[own.len() as f64, moving as f64]);
-        for particle in own {
-            if let Some(axis) = self.axes[particle.template as usize] {
-                let axis = particle.orientation() * axis;
-                sums.add(WITH_AXIS, &[1.0]);
-                for (k, (i, j)) in PAIRS.into_iter().enumerate() {
-                    sums.add_fixed(AXES + k, axis[i] * axis[j]);
-                }
-            }
-        }
         let others = centres_near(simulation, rank.decomposition(), self.plan.reach);
-        self.add_pairs(own, &others, &mut sums);
+        let mut sums = self.of_particles(simulation.particles(), &others);
         if simulation.dem().tells_contacts() {
             self.add_contacts(rank, &mut sums);
         } else {
-            [TOUCHES, LOOSE, HOLDING].iter().for_each(|of| sums.add(*of, &[f64::NAN]));
+            untold(&mut sums);
         }
         sums
     }
@@ -374,15 +406,8 @@ impl Writer for StructureWriter<'_> {
     }
 
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
-        if self.numbers.is_empty() {
-            return Ok(());
-        }
         let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
-        let table = SeriesTable::read(self.numbers.path())?;
-        summary.averages.extend(averages(&table, is_number, from, f64::INFINITY));
-        let means = |name| self.files.table(name);
-        PAIR_BINS.write_means(self.pairs.path(), &means(directory::PAIR_DISTRIBUTION_MEANS), from)?;
-        FORCE_BINS.write_means(self.forces.path(), &means(directory::CONTACT_FORCE_MEANS), from)
+        average([&self.files; 2], from, summary)
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
@@ -392,9 +417,26 @@ impl Writer for StructureWriter<'_> {
     }
 }
 
-/// True of the columns that are no time.
-fn is_number(name: &str) -> bool {
-    !["step", "t"].contains(&name)
+/// Averages of the tables of a run from a time (s) on, and the tables of means, which `to` gets; nothing where there are no tables.
+pub(in crate::simulation) fn average(
+    [of, to]: [&OutputFiles; 2],
+    from: f64,
+    summary: &mut Summary,
+) -> Result<()> {
+    let numbers = of.table(directory::STRUCTURE);
+    if !numbers.is_file() {
+        return Ok(());
+    }
+    let distance = summary.averaged_over_distance.unwrap_or(f64::INFINITY);
+    let is_number = |name: &str| !["step", "t"].contains(&name);
+    summary.averages.extend(averages(&SeriesTable::read(&numbers)?, is_number, from, distance));
+    let tables = [
+        (PAIR_BINS, directory::PAIR_DISTRIBUTION, directory::PAIR_DISTRIBUTION_MEANS),
+        (FORCE_BINS, directory::CONTACT_FORCES, directory::CONTACT_FORCE_MEANS),
+    ];
+    tables
+        .iter()
+        .try_for_each(|(bins, rows, means)| bins.write_means(&of.table(rows), &to.table(means), from))
 }
 
 #[cfg(test)]

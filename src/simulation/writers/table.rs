@@ -20,11 +20,6 @@ impl Table {
         &self.path
     }
 
-    /// True if it has no rows.
-    pub(super) fn is_empty(&self) -> bool {
-        self.open.is_none()
-    }
-
     pub(super) fn write(&mut self, rows: &[impl Serialize]) -> Result<()> {
         let table = match &mut self.open {
             Some(table) => table,

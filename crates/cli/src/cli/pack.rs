@@ -2,12 +2,12 @@
 
 use super::terminal::{remark, say};
 use super::{PackArguments, load};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use turbid::error::{Error, Result};
-use turbid::input;
 use turbid::output::directory::{self, refuse_input};
-use turbid::output::{OutputFiles, Summary, pieces, write_bytes};
+use turbid::output::{OutputFiles, Summary, write_bytes};
 use turbid::packing::positions::{self, Row};
+use turbid::simulation::particles_in;
 
 pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     let (rows, what, notes) = match (&arguments.case, &arguments.from) {
@@ -88,34 +88,9 @@ fn of_a_run(directory: &Path, arguments: &PackArguments) -> Result<(Vec<Row>, St
         )));
     }
     refuse_input(&arguments.out, &[files.file(directory::PARTICLES, step)])?;
-    let mut rows = points(&files.file(directory::PARTICLES, step))?;
+    let mut rows = particles_in(&files.file(directory::PARTICLES, step))?;
     rows.sort_unstable_by_key(|row| row.id);
     let fastest = |rows: &[Row]| rows.iter().map(|row| row.velocity.norm()).fold(0.0, f64::max);
     let what = format!("those of step {step}, the fastest at {:.3e} m/s", fastest(&rows));
     Ok((rows, what, notes(directory)))
-}
-
-/// The particles in a file of points, or in its pieces.
-fn points(file: &Path) -> Result<Vec<Row>> {
-    let index = pieces::index(file);
-    let parts: Vec<PathBuf> = if index.exists() {
-        let text = input::read_unlinked(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
-        let count = String::from_utf8_lossy(&text).matches("<Piece ").count();
-        (0..count).map(|rank| pieces::piece(file, rank)).collect()
-    } else {
-        vec![file.to_path_buf()]
-    };
-    // The folder of pieces is the run's own as well.
-    if let Some(folder) = parts.first().and_then(|part| part.parent()).filter(|folder| folder.is_symlink()) {
-        return Err(Error::Input(format!("{} is a symbolic link, and no folder of a run", folder.display())));
-    }
-    let of_part = |part: &PathBuf| {
-        let bytes = input::read_unlinked(part, input::TABLE).map_err(|e| Error::io("read", part, e))?;
-        positions::of_a_run(&bytes, &part.display().to_string()).map_err(|what| {
-            Error::Input(format!(
-                "{what}; files of particles that this version of turbid has written hold all of them as points"
-            ))
-        })
-    };
-    Ok(parts.iter().map(of_part).collect::<Result<Vec<_>>>()?.concat())
 }

@@ -10,11 +10,19 @@ use turbid::output::numbers::significant;
 const LISTED: usize = 200;
 
 /// Contents of files by their names, or the ends of their names.
-const CONTENTS: [(&str, &str); 15] = [
+const CONTENTS: [(&str, &str); 23] = [
     ("summary.json", "result in numbers"),
     ("particle_series.csv", "paths of some particles over time"),
     ("profiles.csv", "profiles along the axes of the box"),
-    ("profile_means.csv", "their means over time"),
+    ("profile_means.csv", "means of the profiles over time"),
+    ("fronts.csv", "heights of front and bed over time"),
+    ("structure.csv", "neighbours, contact network and orientations over time"),
+    ("pair_distribution.csv", "pair distributions over time"),
+    ("pair_distribution_means.csv", "means of the pair distributions"),
+    ("contact_forces.csv", "distributions of the contact forces over time"),
+    ("contact_force_means.csv", "means of the distributions of the contact forces"),
+    ("dynamics.csv", "displacements and memory of velocities, block by block"),
+    ("dynamics_means.csv", "means of these over the blocks"),
     ("series.csv", "time series of the whole system"),
     ("result.csv", "all runs with their results"),
     (STUDY, "figures, tables and checks as numbers"),

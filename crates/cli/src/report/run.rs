@@ -1,7 +1,7 @@
 //! The section about a run.
 
 pub(super) mod figures;
-mod profiles;
+mod means;
 
 use super::film;
 use super::section::{Block, Section};
@@ -50,16 +50,71 @@ pub(super) fn describe(section: &mut Section, source: &Source, share: u64, left:
         section.heading("Over time");
         figures::all(section, series, summary.as_ref());
     }
-    if let Some(path) = present(files.table(directory::PROFILE_MEANS)) {
-        section.heading("Profiles");
-        profiles::all(section, &SeriesTable::read(&path)?);
-    }
+    statistics(section, &files, summary.as_ref())?;
     if let Some(summary) = &summary {
         stages(section, summary);
         section.heading("Case");
         section.blocks.push(Block::Code("toml", summary.input.trim_end().to_string()));
     }
     Ok(())
+}
+
+/// Profiles, fronts, structure and dynamics, as far as the run has them.
+fn statistics(section: &mut Section, files: &OutputFiles, summary: Option<&Summary>) -> Result<()> {
+    let table = |name: &str| {
+        let path = files.table(name);
+        path.is_file().then(|| SeriesTable::read(&path)).transpose()
+    };
+    if let Some(summary) = summary.filter(|summary| !summary.averages.is_empty()) {
+        averages(section, summary);
+    }
+    if let Some(means) = table(directory::PROFILE_MEANS)? {
+        section.heading("Profiles");
+        means::profiles(section, &means, &axes_of_profiles(summary));
+    }
+    if let Some(fronts) = table(directory::FRONTS)? {
+        section.heading("Fronts");
+        figures::statistics(section, &fronts);
+    }
+    if let Some(numbers) = table(directory::STRUCTURE)? {
+        section.heading("Structure");
+        figures::statistics(section, &numbers);
+    }
+    if let Some(pairs) = table(directory::PAIR_DISTRIBUTION_MEANS)? {
+        means::pairs(section, &pairs);
+    }
+    if let Some(forces) = table(directory::CONTACT_FORCE_MEANS)? {
+        means::forces(section, &forces);
+    }
+    if let Some(dynamics) = table(directory::DYNAMICS_MEANS)? {
+        section.heading("Dynamics");
+        means::dynamics(section, &dynamics);
+    }
+    Ok(())
+}
+
+/// Names of the axes of the profiles, from the case.
+fn axes_of_profiles(summary: Option<&Summary>) -> Vec<String> {
+    let case: Option<toml::Table> = summary.and_then(|summary| summary.input.parse().ok());
+    let profiles = case.as_ref().and_then(|case| case.get("output")?.get("profiles")?.as_array());
+    let axis = |profile: &toml::Value| Some(profile.get("axis")?.as_str()?.to_string());
+    profiles.into_iter().flatten().filter_map(axis).collect()
+}
+
+/// The table of the means over time.
+fn averages(section: &mut Section, summary: &Summary) {
+    let rows = summary.averages.iter().map(|(name, of)| {
+        vec![
+            name.clone(),
+            with_error(Some(of.mean), of.standard_error),
+            of.unit.clone(),
+            known(of.transient_end),
+            with_error(of.settled_mean, of.settled_standard_error),
+        ]
+    });
+    let head = ["quantity", "mean", "unit", "transient ends at t (s)", "mean after it"];
+    section.table("Means over time", &head, rows.collect());
+    section.text("Errors are standard errors of the mean, from the autocorrelation time or from blocks.");
 }
 
 fn row(name: &str, summary: Option<&Summary>) -> Vec<(&'static str, String)> {

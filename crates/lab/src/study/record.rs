@@ -4,6 +4,7 @@
 //! |---|---|
 //! | every number of `summary.json`, those of `scales` by their own names | a run |
 //! | every column of `series.csv`: its mean over the interval of the averages, with its standard error as for the settling velocity | a run |
+//! | every column of `structure.csv`, self-diffusion coefficients and the velocity of the front, where a run has them, with their errors | a run |
 //! | `contacts_per_particle`, `max_overlap`, `net_flux_over_stokes` | a run |
 //! | `<window>_velocity`: settling velocity over that of Stokes, mean over a window of time by trapezia, without an error | a run |
 //! | every number of `turbid bench --json`, `contacts_per_particle`, `memory_bytes` | a benchmark |
@@ -13,7 +14,7 @@ use super::prelude::*;
 use serde::Deserialize;
 use turbid::math::Vec3;
 use turbid::output::series::COLUMNS;
-use turbid::output::{SeriesTable, estimate_settling, summary};
+use turbid::output::{SeriesTable, dynamics, estimate_settling, fronts, structure, summary};
 
 pub(super) const BENCH_FILE: &str = "bench.json";
 pub(super) const SHARE: &str = "share_";
@@ -33,6 +34,8 @@ pub(super) fn names(bench: bool) -> Vec<&'static str> {
     }
     let columns = COLUMNS.iter().filter_map(|head| head.split(" (").next());
     let numbers = summary::NUMBERS.split_whitespace().chain(columns);
+    let structure = structure::COLUMNS.iter().filter_map(|head| head.split(" (").next());
+    let numbers = numbers.chain(structure.skip(2)).chain(dynamics::DIFFUSION).chain([fronts::VELOCITY]);
     numbers.chain(["contacts_per_particle", "net_flux_over_stokes"]).collect()
 }
 
@@ -131,6 +134,12 @@ impl Record {
             if let Some(mean) = mean {
                 let quantity = Quantity { value: mean.mean, error: mean.standard_error };
                 record.quantities.entry(column.name.clone()).or_insert(quantity);
+            }
+        }
+        for (name, average) in summary["averages"].as_object().into_iter().flatten() {
+            if let Some(value) = average["mean"].as_f64() {
+                let quantity = Quantity { value, error: average["standard_error"].as_f64() };
+                record.quantities.entry(name.clone()).or_insert(quantity);
             }
         }
         let particles = summary["particles"].as_f64().unwrap_or(f64::NAN);

@@ -11,6 +11,8 @@ use std::time::{Duration, Instant};
 use turbid::case::{self, Setup};
 use turbid::error::{Error, Result};
 use turbid::output::numbers::duration;
+use turbid::output::{OutputFiles, SeriesTable, Summary};
+use turbid::simulation::{self, RunOptions};
 
 const MISSING: &str = "built without LIGGGHTS; `cargo build --release --features liggghts` has it";
 
@@ -49,6 +51,31 @@ impl SuiteContext {
         }
         Ok(setup)
     }
+}
+
+/// Numbers that a run has written.
+pub(super) struct Written {
+    pub(super) summary: Summary,
+    pub(super) tables: Vec<SeriesTable>,
+}
+
+/// Runs a case to its end in a folder of its own, and reads its summary and these tables of statistics.
+pub(super) fn written(setup: &Setup, threads: usize, names: &[&str]) -> Result<Written> {
+    let mut setup = setup.clone();
+    let name = format!("turbid_{}_{}", setup.provenance.name, std::process::id());
+    let folder = std::env::temp_dir().join(name);
+    setup.plan.output.directory.clone_from(&folder);
+    setup.plan.threads = threads;
+    let read = || {
+        simulation::run(&setup, &RunOptions::default())?;
+        let files = OutputFiles::new(&folder);
+        let tables = names.iter().map(|name| SeriesTable::read(&files.table(name)));
+        Ok(Written { tables: tables.collect::<Result<_>>()?, summary: Summary::read(&files.summary())? })
+    };
+    let outcome = read();
+    // It is a copy of what was read.
+    let _ = std::fs::remove_dir_all(&folder);
+    outcome
 }
 
 impl Context for SuiteContext {

@@ -1,0 +1,120 @@
+use super::*;
+use crate::case::from_text;
+use crate::domain::Decomposition;
+use crate::simulation::Simulation;
+
+/// A case of one kind of particle at places of its own, in a dry box of 12 mm.
+fn setup(list: &str, more: &str) -> Setup {
+    let text = format!(
+        r#"
+domain = {{ size = [12e-3, 12e-3, 12e-3], periodic = [true, true, true] }}
+dry.time_step = 1e-6
+run.end.steps = 1
+contact.youngs_modulus = 1e6
+driving.gravity = 0
+output = {{ directory = "out", structure = {{ reach = 4e-3, bins = 79, plane = "xz" }} }}
+[[particles]]
+shape.cuboid.edges = [0.9e-3, 0.9e-3, 0.5e-3]
+density = 2000
+list = [{list}]
+{more}
+"#
+    );
+    from_text(&text, "lattice", &[]).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Totals of the writer before the first step.
+fn totals(setup: &Setup) -> (StructureWriter<'_>, Totals) {
+    let writer = StructureWriter::of(setup).unwrap();
+    let mut simulation = Simulation::solo(setup).unwrap();
+    let cut = Decomposition::solo(setup.domain);
+    let sums = writer.sums(&mut RankState::new(&mut simulation, &cut));
+    let totals = Totals::of(sums, simulation.comm());
+    (writer, totals)
+}
+
+fn output(totals: &Totals) -> RootOutput<'_> {
+    RootOutput::of(3, 3e-6, totals)
+}
+
+/// A simple cubic lattice of 1 mm, all bodies turned by 90 degrees about x, so that their short axis is y.
+fn lattice() -> Setup {
+    let places = (0..1728).map(|k| {
+        let [x, y, z] = [k % 12, k / 12 % 12, k / 144].map(|n| f64::from(n) + 0.25);
+        format!("{{ position = [{x}e-3, {y}e-3, {z}e-3], orientation = {{ axis = [1, 0, 0], angle = 90 }} }}")
+    });
+    setup(&places.collect::<Vec<_>>().join(", "), "")
+}
+
+#[test]
+fn the_pairs_of_a_cubic_lattice_are_those_of_its_shells_and_directions() {
+    let setup = lattice();
+    let (writer, totals) = totals(&setup);
+    let rows = writer.pair_rows(&output(&totals));
+    assert_eq!(rows.len(), 79);
+    // Neighbours at 1, sqrt(2), sqrt(3) and 2 mm: 6, 12, 8 and 6.
+    let expected = 1727.0 / 12.0_f64.powi(3);
+    let count = |at: f64| {
+        let half = 2.0 / 79.0;
+        let row = &rows[(0.5 * at / half) as usize];
+        let r = row[2].unwrap() * 1e3;
+        assert!((r - at).abs() < half);
+        let shell = 4.0 / 3.0 * PI * ((r + half).powi(3) - (r - half).powi(3));
+        (row[3].unwrap() * shell * expected, row[4..].iter().map(|g| g.unwrap() * shell * expected).collect())
+    };
+    for (at, neighbours) in [(1.0, 6.0), (2.0_f64.sqrt(), 12.0), (3.0_f64.sqrt(), 8.0), (2.0, 6.0)] {
+        let (found, _): (f64, Vec<f64>) = count(at);
+        assert!((found / neighbours - 1.0).abs() < 1e-9, "{at}: {found}");
+    }
+    assert_eq!(rows[10][3], Some(0.0));
+    // Two neighbours along x, in the first sector, and two along z, at 90 degrees, each in one of 36 parts of the sphere.
+    let (_, sectors): (f64, Vec<f64>) = count(1.0);
+    assert!((sectors[0] - 2.0 * 36.0).abs() < 1e-6 && (sectors[9] - 2.0 * 36.0).abs() < 1e-6, "{sectors:?}");
+    assert!((sectors.iter().sum::<f64>() - 144.0).abs() < 1e-6);
+    let numbers = writer.numbers(&output(&totals));
+    let column = |name: &str| numbers[COLUMNS.iter().position(|head| head.starts_with(name)).unwrap()];
+    assert!((column("nearest_neighbour").unwrap() - 1e-3).abs() < 1e-12);
+    assert_eq!([column("coordination (").unwrap(), column("rattlers").unwrap()], [0.0, 1.0]);
+    assert_eq!([column("fabric_xx"), column("normal_force"), column("coordination_without")], [None; 3]);
+    let axis = ["xx", "yy", "zz", "xy"].map(|of| column(&format!("orientation_{of}")).unwrap());
+    assert!(axis.iter().zip([0.0, 1.0, 0.0, 0.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{axis:?}");
+}
+
+#[test]
+fn bodies_whose_moments_are_alike_have_no_axis() {
+    let of = |shape: &str| {
+        let text = format!("[[particles]]\nshape.{shape}\ndensity = 2000\nlist = [[6e-3, 6e-3, 6e-3]]");
+        let setup = setup("[1e-3, 1e-3, 1e-3]", &text);
+        axis_of(&setup.templates[1])
+    };
+    assert_eq!(of("sphere.diameter = 1e-3"), None);
+    assert_eq!(of("cube.edge = 1e-3"), None);
+    // Along the axis of a rod and across a plate; bodies have the axes of their moments.
+    for shape in
+        ["cylinder = { diameter = 1e-3, length = 3e-3 }", "cylinder = { diameter = 3e-3, length = 1e-3 }"]
+    {
+        assert!(of(shape).is_some(), "{shape}");
+    }
+}
+
+#[test]
+fn the_part_of_a_shell_in_a_box_with_walls_is_that_of_random_points() {
+    let closed = |periodic: [bool; 3]| Domain { cells: [10, 8, 6], dx: 1.0, faces: Domain::faces(periodic) };
+    for periodic in [[true; 3], [true, true, false], [false, true, false], [false; 3]] {
+        let domain = closed(periodic);
+        for r in [0.5, 2.5] {
+            // Mean over directions of the product of what is left along each closed axis, on a fine grid.
+            let (mut sum, n) = (0.0, 400);
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                let [u, v] = [i, j].map(|k| (f64::from(k) + 0.5) / f64::from(n));
+                let (cos, angle) = (2.0 * u - 1.0, 2.0 * PI * v);
+                let sin = (1.0 - cos * cos).sqrt();
+                let way = Vec3::new(sin * angle.cos(), sin * angle.sin(), cos);
+                let left = (0..3).filter(|axis| !domain.is_periodic(*axis));
+                sum += left.map(|axis| 1.0 - r * way[axis].abs() / domain.size()[axis]).product::<f64>();
+            }
+            let mean = sum / f64::from(n * n);
+            assert!((in_box(&domain, r) / mean - 1.0).abs() < 1e-4, "{periodic:?} {r}");
+        }
+    }
+}

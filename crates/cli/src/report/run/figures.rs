@@ -11,22 +11,24 @@ const SHOWN: f64 = 1e-5;
 const TIME: &str = "t";
 const T_STAR: &str = "t_star";
 const SETTLING: &str = "settling_velocity_over_stokes";
-/// Columns of time.
-const WHEN: [&str; 3] = ["step", TIME, T_STAR];
+/// Columns of time, and what is the same in all rows.
+const WHEN: [&str; 4] = ["step", TIME, T_STAR, "profile"];
 
 /// Endings of the names of the columns of a group, and their labels in the legend.
-type Endings = &'static [(&'static str, &'static str)];
+pub(super) type Endings = &'static [(&'static str, &'static str)];
 
-const ALONE: Endings = &[("", "")];
-const VECTOR: Endings = &[("_x", "x"), ("_y", "y"), ("_z", "z")];
-const TENSOR: Endings =
+pub(super) const ALONE: Endings = &[("", "")];
+pub(super) const VECTOR: Endings = &[("_x", "x"), ("_y", "y"), ("_z", "z")];
+pub(super) const TENSOR: Endings =
     &[("_xx", "xx"), ("_yy", "yy"), ("_zz", "zz"), ("_xy", "xy"), ("_xz", "xz"), ("_yz", "yz")];
 const ENERGIES: Endings =
     &[("_fluid", "fluid"), ("_translation", "particles, translation"), ("_rotation", "particles, rotation")];
 const SPEEDS: Endings = &[("max_particle_speed", "largest"), ("mean_particle_speed", "mean")];
 
-/// Figures of columns that have one unit: name, title, and the columns.
-const GROUPS: [(&str, &str, &str, Endings); 11] = [
+/// A figure of columns that have one unit: name, title, the beginning of their names, and their endings.
+type Group = (&'static str, &'static str, &'static str, Endings);
+
+const GROUPS: [Group; 11] = [
     (LOGARITHMIC, "Kinetic energy", "kinetic_energy", ENERGIES),
     ("contacts", "Contacts", "contacts", ALONE),
     ("overlap", "Largest overlap over the diameter", "max_overlap", ALONE),
@@ -38,6 +40,18 @@ const GROUPS: [(&str, &str, &str, Endings); 11] = [
     ("gravitational_energy", "Gravitational energy", "gravitational_energy", ALONE),
     ("contact_stress", "Stress of the particles by contacts", "contact_stress", TENSOR),
     ("hydrodynamic_stress", "Stress of the particles by the fluid", "hydrodynamic_stress", TENSOR),
+];
+
+const CONTACTS: Endings = &[("", "all"), ("_without_rattlers", "without rattlers")];
+const HEIGHTS: Endings = &[("front_height", "front"), ("bed_height", "bed")];
+
+/// Figures of `structure.csv` and of `fronts.csv`.
+const STATISTICS: [Group; 5] = [
+    ("coordination", "Contacts of a particle", "coordination", CONTACTS),
+    ("fabric", "Fabric tensor of the contacts", "fabric", TENSOR),
+    ("orientation", "Orientation tensor of the bodies", "orientation", TENSOR),
+    ("velocity_variance", "Variance of the particle velocity", "velocity_variance", TENSOR),
+    ("fronts", "Heights of front and bed", "", HEIGHTS),
 ];
 
 /// The figure whose vertical axis is logarithmic.
@@ -57,29 +71,46 @@ const OF_BODIES: [(&str, &str); 8] = [
 
 type Columns<'a> = Vec<(&'a SeriesColumn, &'a str)>;
 
+/// The columns of a table with these names.
+fn columns<'a>(table: &'a SeriesTable, beginning: &str, endings: Endings) -> Columns<'a> {
+    let column = |&(ending, label): &(&str, &'static str)| {
+        let is = |column: &&SeriesColumn| column.name.strip_prefix(beginning) == Some(ending);
+        Some((table.columns.iter().find(is)?, label))
+    };
+    endings.iter().filter_map(column).collect()
+}
+
 /// Adds all figures of a series; columns that are zero throughout are left out.
 pub(in crate::report) fn all(section: &mut Section, series: &SeriesTable, summary: Option<&Summary>) {
-    let columns = |beginning: &str, endings: Endings| -> Columns {
-        let column = |&(ending, label)| {
-            let is = |column: &&SeriesColumn| column.name.strip_prefix(beginning) == Some(ending);
-            Some((series.columns.iter().find(is)?, label))
-        };
-        endings.iter().filter_map(column).collect()
-    };
-    let mut groups: Vec<(String, String, Columns)> = (GROUPS.iter())
-        .map(|&(name, title, beginning, endings)| (name.into(), title.into(), columns(beginning, endings)))
-        .collect();
+    let mut groups: Vec<(String, String, Columns)> = of_groups(series, &GROUPS);
     for (what, title) in OF_BODIES {
         for column in &series.columns {
             let body = column.name.strip_prefix(what).and_then(|rest| rest.strip_prefix('_'));
             if let Some(body) = body.and_then(|rest| rest.strip_suffix("_x")) {
                 let name = format!("{what}_{body}");
-                let columns = columns(&name, VECTOR);
+                let columns = columns(series, &name, VECTOR);
                 groups.push((name, format!("{title} {body}"), columns));
             }
         }
     }
-    // Every other column has a figure of its own.
+    settling(section, series, summary);
+    draw(section, series, groups);
+}
+
+/// Adds all figures of `structure.csv` or `fronts.csv`.
+pub(super) fn statistics(section: &mut Section, table: &SeriesTable) {
+    draw(section, table, of_groups(table, &STATISTICS));
+}
+
+fn of_groups<'a>(table: &'a SeriesTable, groups: &[Group]) -> Vec<(String, String, Columns<'a>)> {
+    let group = |&(name, title, beginning, endings): &Group| {
+        (name.to_string(), title.to_string(), columns(table, beginning, endings))
+    };
+    groups.iter().map(group).collect()
+}
+
+/// Adds the figures of groups of columns over time, and one of each other column.
+fn draw<'a>(section: &mut Section, series: &'a SeriesTable, mut groups: Vec<(String, String, Columns<'a>)>) {
     for column in &series.columns {
         let name = column.name.as_str();
         let mut known = groups.iter().flat_map(|(_, _, columns)| columns);
@@ -87,7 +118,6 @@ pub(in crate::report) fn all(section: &mut Section, series: &SeriesTable, summar
             groups.push((name.to_string(), name.replace('_', " "), vec![(column, "")]));
         }
     }
-    settling(section, series, summary);
     let moves = |(column, _): &(&SeriesColumn, &str)| {
         column.values.iter().any(|value| *value != 0.0 && value.is_finite())
     };

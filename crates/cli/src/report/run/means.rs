@@ -1,0 +1,155 @@
+//! The figures of tables of means over time with their errors: profiles, pair distributions, contact forces, displacements.
+
+use super::figures::{ALONE, Endings, TENSOR, VECTOR};
+use crate::report::section::Section;
+use turbid::output::numbers::number;
+use turbid::output::structure::{SECTORS, angle};
+use turbid::output::{SeriesColumn, SeriesTable};
+use turbid_plot::{Axis, Chart, Point, Series, Style, literal};
+
+/// Columns that share a figure: title, the beginning of their names, and their endings with labels.
+type Group = (&'static str, &'static str, Endings);
+
+const DIAGONAL: Endings = &[("_xx", "xx"), ("_yy", "yy"), ("_zz", "zz")];
+const VELOCITIES: Endings = &[
+    ("particle_velocity_x", "particles, x"),
+    ("particle_velocity_y", "particles, y"),
+    ("particle_velocity_z", "particles, z"),
+    ("fluid_velocity_x", "fluid, x"),
+    ("fluid_velocity_y", "fluid, y"),
+    ("fluid_velocity_z", "fluid, z"),
+];
+const PROFILES: [Group; 6] = [
+    ("solid fraction", "solid_fraction", ALONE),
+    ("mean velocity", "", VELOCITIES),
+    ("variance of the particle velocity", "particle_velocity_variance", DIAGONAL),
+    ("angular velocity of the particles", "angular_velocity", VECTOR),
+    ("pressure", "pressure", ALONE),
+    ("stress by contacts", "contact_stress", TENSOR),
+];
+const DYNAMICS: [Group; 2] = [
+    ("mean squared displacement", "mean_squared_displacement", VECTOR),
+    ("velocity autocorrelation", "velocity_autocorrelation", VECTOR),
+];
+const NOTE: &str = "Means over time; bars: standard error.";
+
+/// A curve of each of `values` over an abscissa, in these rows, without those that are zero throughout.
+fn curves(table: &SeriesTable, x: &[f64], rows: &[usize], values: &[(&SeriesColumn, &str)]) -> Vec<Series> {
+    let curve = |(column, label): &(&SeriesColumn, &str)| {
+        let errors = table.get(&format!("{}_error", column.name)).unwrap_or_default();
+        let point = |&row: &usize| Point {
+            x: x[row],
+            y: column.values[row],
+            error: errors.get(row).copied().filter(|error| error.is_finite()),
+        };
+        let points: Vec<Point> = rows.iter().map(point).collect();
+        let shows = points.iter().any(|point| point.y.is_finite() && point.y != 0.0);
+        shows.then(|| Series { label: (*label).to_string(), style: Style::Measured, points })
+    };
+    values.iter().filter_map(curve).collect()
+}
+
+/// Adds a figure of each group of columns over an abscissa.
+fn groups(
+    section: &mut Section,
+    table: &SeriesTable,
+    rows: &[usize],
+    (x, label): (&str, &str),
+    groups: &[Group],
+    (prefix, what): (&str, &str),
+) {
+    let Some(x) = table.get(x) else { return };
+    for (title, beginning, endings) in groups {
+        let named = endings.iter().filter_map(|(ending, label)| {
+            let is = |column: &&SeriesColumn| column.name.strip_prefix(beginning) == Some(*ending);
+            Some((table.columns.iter().find(is)?, *label))
+        });
+        let named: Vec<_> = named.collect();
+        let series = curves(table, x, rows, &named);
+        let Some(unit) = named.first().map(|(column, _)| &column.unit).filter(|_| !series.is_empty()) else {
+            continue;
+        };
+        let of = if what.is_empty() { String::new() } else { format!(" {what}") };
+        let mut chart = Chart::new(
+            format!("{}: {title}{of}", literal(&section.title)),
+            Axis::new(label, false),
+            Axis::new(format!("{title} ({unit})"), false),
+            series,
+        );
+        chart.note = NOTE.to_string();
+        let name = format!("{prefix}{}", title.replace(' ', "_"));
+        let mut heading = format!("{title}{of}");
+        heading[..1].make_ascii_uppercase();
+        section.figure(&name, &heading, chart.figure(), "");
+    }
+}
+
+/// Adds the figures of each profile; `axes` are their names, as far as they are known.
+pub(super) fn profiles(section: &mut Section, means: &SeriesTable, axes: &[String]) {
+    let profile = means.get("profile").unwrap_or_default();
+    let count = profile.iter().copied().fold(-1.0, f64::max) as usize + usize::from(!profile.is_empty());
+    for number in 0..count {
+        let rows: Vec<usize> = (0..profile.len()).filter(|&row| profile[row] as usize == number).collect();
+        let axis = axes.get(number).map_or("position (m)".to_string(), |axis| format!("{axis} (m)"));
+        let what = axes.get(number).map_or(format!("in profile {number}"), |axis| format!("along {axis}"));
+        let prefix = format!("profile_{number}_");
+        groups(section, means, &rows, ("position", &axis), &PROFILES, (&prefix, &what));
+    }
+}
+
+/// Adds the figures of displacements and of the memory of velocities.
+pub(super) fn dynamics(section: &mut Section, means: &SeriesTable) {
+    let rows: Vec<usize> = (0..means.get("lag").map_or(0, <[f64]>::len)).collect();
+    groups(section, means, &rows, ("lag", "time lag (s)"), &DYNAMICS, ("", ""));
+}
+
+/// Adds the figure of the distribution of contact forces.
+pub(super) fn forces(section: &mut Section, means: &SeriesTable) {
+    let (Some(x), Some(density)) = (means.get("force_over_mean"), means.get("probability_density")) else {
+        return;
+    };
+    // A logarithmic axis has no zero.
+    let rows: Vec<usize> = (0..x.len()).filter(|&row| density[row] > 0.0).collect();
+    let column = means.columns.iter().find(|column| column.name == "probability_density");
+    let series = column.map(|column| curves(means, x, &rows, &[(column, "")])).unwrap_or_default();
+    if series.is_empty() {
+        return;
+    }
+    let title = "Distribution of the normal forces of contacts";
+    let mut chart = Chart::new(
+        format!("{}: {}", literal(&section.title), title.to_lowercase()),
+        Axis::new("normal force over its mean (-)", false),
+        Axis::new("probability density (-)", true),
+        series,
+    );
+    chart.note = NOTE.to_string();
+    section.figure("contact_forces", title, chart.figure(), "");
+}
+
+/// Adds the figures of the pair distribution: over the distance, and by direction where it is largest.
+pub(super) fn pairs(section: &mut Section, means: &SeriesTable) {
+    let (Some(x), Some(pairs)) = (means.get("separation"), means.get("pair_distribution")) else { return };
+    let rows: Vec<usize> = (0..x.len()).collect();
+    const TITLE: Group = ("pair distribution", "pair_distribution", ALONE);
+    groups(section, means, &rows, ("separation", "distance of the centres (m)"), &[TITLE], ("", ""));
+    let Some(peak) = rows.into_iter().max_by(|&a, &b| pairs[a].total_cmp(&pairs[b])) else { return };
+    let value = |sector: usize, of: &str| {
+        Some(means.get(&format!("pair_distribution_at_{}{of}", angle(sector)))?[peak])
+    };
+    let points = (0..SECTORS).filter_map(|sector| {
+        let error = value(sector, "_error").filter(|error| error.is_finite());
+        Some(Point { x: angle(sector) as f64, y: value(sector, "")?, error })
+    });
+    let points: Vec<Point> = points.collect();
+    if points.is_empty() {
+        return;
+    }
+    let mut chart = Chart::new(
+        format!("{}: pair distribution by direction", literal(&section.title)),
+        Axis::new("angle of the pair in the plane (degrees)", false),
+        Axis::new(format!("pair distribution at {} m (-)", number(x[peak], 3)), false),
+        vec![Series { label: String::new(), style: Style::Measured, points }],
+    );
+    chart.note = NOTE.to_string();
+    section.figure("pair_directions", "Pair distribution by direction", chart.figure(), "");
+}

@@ -1,0 +1,62 @@
+//! Front of a settling suspension: `validation/settling_front`.
+
+use super::context::{Written, written};
+use super::prelude::*;
+use turbid::output::directory::{FRONTS, PROFILES};
+use turbid::output::fronts::VELOCITY;
+use turbid::simulation::{Law, Suspension};
+
+const TEXT: &str = include_str!("../../../../validation/settling_front/case.toml");
+
+pub(super) const CASE: Case = Case {
+    name: "settling_front",
+    question: "velocity of the front of a suspension that settles in a closed column, and the particles in its profile",
+    source: "Richardson and Zaki (1954), Trans. Inst. Chem. Eng. 32, 35",
+    parts: &[Part::quick(15.0, front)],
+};
+
+/// Of the velocity of the front, as a part.
+const TOLERANCE: f64 = 0.1;
+
+fn front(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let setup = context.setup(TEXT, CASE.name, &[])?;
+    let Written { tables, summary } = written(&setup, context.threads, &[FRONTS, PROFILES])?;
+    let phi = setup.volume_fraction;
+    let fluid = setup.expect_fluid();
+    let law = Law::RichardsonZaki.over_stokes(Suspension::of(&fluid.scales, phi));
+    let average = summary.averages.get(VELOCITY);
+    let over = |speed: f64| speed / fluid.scales.stokes_velocity;
+    let velocity = average.map_or(f64::NAN, |average| over(average.mean));
+    let quantity = format!("velocity of the front over that of Stokes, volume fraction {phi:.3} (-)");
+    found.relative(quantity, velocity, law, TOLERANCE);
+    let error = average.and_then(|average| average.standard_error).map_or(f64::NAN, over);
+    found.notes.push(("standard error of the velocity of the front by regression (-)".into(), error));
+    // At all times the profile has all particles.
+    let column = |name: &str| tables[1].get(name).unwrap_or_default();
+    let (step, number) = (column("step"), column("number_density"));
+    let count = step.iter().filter(|of| **of == step[0]).count();
+    let volume = setup.domain.volume() / count as f64;
+    let off = number
+        .chunks(count)
+        .map(|bins| (bins.iter().sum::<f64>() * volume / setup.particles.len() as f64 - 1.0).abs());
+    let off = off.fold(0.0, f64::max);
+    found.absolute("particles in the profile over all of them, minus 1 (-)", off, 0.0, 1e-12).source("exact");
+    let column = |name: &str| tables[0].get(name).unwrap_or_default();
+    let (time, unit) = (column("t"), setup.stokes_time().unwrap_or(1.0));
+    let heights = |name: &str| -> Vec<[f64; 2]> {
+        time.iter().zip(column(name)).map(|(t, z)| [t / unit, z / setup.diameter]).collect()
+    };
+    let top = column("front_height").first().map_or(f64::NAN, |z| z / setup.diameter);
+    let line = [[0.0, top], [top / law * 0.8, 0.2 * top]];
+    found.plot(
+        "heights",
+        format!("Front and bed of a suspension that settles, volume fraction {phi:.3}"),
+        ["time over D / u_Stokes (-)", "height over diameter (-)"],
+        [
+            reference("Richardson and Zaki", line),
+            measured("front", heights("front_height")),
+            measured("bed", heights("bed_height")),
+        ],
+    );
+    Ok(())
+}

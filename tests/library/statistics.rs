@@ -1,0 +1,159 @@
+//! Structure, dynamics, fronts and averages of a run.
+
+use std::path::Path;
+use turbid::case::{self, Setup};
+use turbid::output::directory::{
+    CONTACT_FORCES, DYNAMICS, DYNAMICS_MEANS, FRONTS, PAIR_DISTRIBUTION, PAIR_DISTRIBUTION_MEANS, STRUCTURE,
+};
+use turbid::output::{OutputFiles, SeriesTable, Summary};
+use turbid::simulation::{self, RunOptions};
+
+/// Spheres and rods that fall into a heap, in a box of 12 by 12 by 24 cells.
+const HEAP: &str = r#"
+[domain]
+size = [6e-3, 6e-3, 12e-3]
+periodic = [true, true, false]
+[dry]
+time_step = 2e-5
+[[particles]]
+shape = { sphere = { diameter = 1e-3 } }
+density = 2500.0
+volume_fraction = 0.15
+granular_temperature = 1e-3
+seed = 5
+[[particles]]
+shape = { capsule = { diameter = 0.8e-3, length = 1.6e-3 } }
+density = 2500.0
+count = 30
+[contact]
+youngs_modulus = 1e5
+restitution = 0.5
+[driving]
+gravity = [0, 0, -2]
+[run]
+end = { steps = 4000 }
+average_from = { steps = 2000 }
+[output]
+structure = { every = { steps = 100 }, reach = 2.9e-3, bins = 40, plane = "xz" }
+dynamics = { every = { steps = 20 }, lags = 20 }
+average = ["contacts", "wall_force_z"]
+particles_every = "never"
+picture_every = "never"
+checkpoint_every = "never"
+"#;
+
+fn written(root: &Path, text: &str, options: &[String]) -> (Setup, OutputFiles) {
+    let options: Vec<String> = options
+        .iter()
+        .cloned()
+        .chain([format!("output.directory={:?}", root.display().to_string())])
+        .collect();
+    let setup = case::from_text(text, "heap", &options).unwrap_or_else(|e| panic!("{e}"));
+    simulation::run(&setup, &RunOptions::default()).unwrap();
+    (setup, OutputFiles::new(root))
+}
+
+#[test]
+fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_8_ranks() {
+    let root = tempfile::tempdir().unwrap();
+    let read = |threads: u32| {
+        let out = root.path().join(threads.to_string());
+        let (_, files) = written(&out, HEAP, &[format!("run.threads={threads}")]);
+        let tables = [STRUCTURE, PAIR_DISTRIBUTION, PAIR_DISTRIBUTION_MEANS, CONTACT_FORCES, DYNAMICS];
+        let bytes = tables.map(|name| std::fs::read(files.table(name)).unwrap());
+        let averages = Summary::read(&files.summary()).unwrap().averages;
+        (files, bytes, averages)
+    };
+    let (files, alone, averages) = read(1);
+    for threads in [2, 8] {
+        let (_, bytes, others) = read(threads);
+        assert!(bytes == alone && others == averages, "{threads} threads");
+    }
+    let table = SeriesTable::read(&files.table(STRUCTURE)).unwrap();
+    let last = |name: &str| *table.get(name).unwrap_or_else(|| panic!("{name}")).last().unwrap();
+    for tensor in ["fabric", "orientation"] {
+        let trace: f64 = ["xx", "yy", "zz"].iter().map(|axis| last(&format!("{tensor}_{axis}"))).sum();
+        assert!((trace - 1.0).abs() < 1e-9, "{tensor}: {trace}");
+    }
+    let numbers = ["coordination", "rattlers", "coordination_without_rattlers"].map(last);
+    let [all, loose, holding] = numbers;
+    assert!(holding >= 4.0 && all > 3.0 && all < holding + 1e-9, "{numbers:?}");
+    assert!(loose > 0.0 && loose < 0.6, "{numbers:?}");
+    assert!(last("normal_force") > 0.0 && last("nearest_neighbour_distance") < 1.1e-3);
+    // The weight on the floor is that of all particles; its average has an error and the column its unit.
+    let weight = &averages["wall_force_z"];
+    assert!(weight.unit == "N" && weight.mean < 0.0 && weight.standard_error.unwrap() > 0.0, "{weight:?}");
+    assert!(averages.contains_key("contacts") && averages.contains_key("diffusion"));
+    // The density of the forces is that of a distribution with mean one, but for what is beyond six means.
+    let forces = SeriesTable::read(&files.table(CONTACT_FORCES)).unwrap();
+    let [at, density] = ["force_over_mean", "probability_density"].map(|name| forces.get(name).unwrap());
+    let rows = density.len() - 60..density.len();
+    let sum: f64 = rows.clone().map(|row| 0.1 * density[row]).sum();
+    let mean: f64 = rows.map(|row| 0.1 * density[row] * at[row]).sum();
+    assert!((sum - 1.0).abs() < 0.02 && (mean - 1.0).abs() < 0.1, "{sum} {mean}");
+}
+
+#[test]
+fn particles_that_fly_freely_move_apart_by_their_velocities_and_forget_nothing() {
+    let root = tempfile::tempdir().unwrap();
+    let text = HEAP
+        .replace("[true, true, false]", "[true, true, true]")
+        .replace("[0, 0, -2]", "0")
+        .replace("youngs_modulus = 1e5\nrestitution = 0.5", "enabled = false");
+    let (_, files) = written(root.path(), &text, &[]);
+    let means = SeriesTable::read(&files.table(DYNAMICS_MEANS)).unwrap();
+    let column = |name: &str| means.get(name).unwrap();
+    for axis in ["x", "y", "z"] {
+        let [way, memory] = ["mean_squared_displacement", "velocity_autocorrelation"]
+            .map(|name| column(&format!("{name}_{axis}")));
+        for (row, lag) in column("lag").iter().enumerate() {
+            assert!((memory[row] / memory[0] - 1.0).abs() < 1e-9);
+            assert!((way[row] - memory[0] * lag * lag).abs() <= 1e-9 * memory[0] * lag * lag, "{axis} {lag}");
+        }
+    }
+    // Five blocks after the start of the averages, of which four are needed for an error.
+    let blocks = column("rows");
+    assert!(blocks.len() == 21 && blocks.iter().all(|rows| *rows >= 5.0), "{blocks:?}");
+    assert!(column("mean_squared_displacement_x_error")[20].is_finite());
+}
+
+#[test]
+fn a_column_of_suspension_has_a_front_that_comes_down_and_a_bed_that_rises() {
+    let root = tempfile::tempdir().unwrap();
+    let text = r#"
+[domain]
+size = { diameters = [3, 3, 12] }
+periodic = [true, true, false]
+[fluid]
+density = 1000.0
+archimedes = 20
+[lattice]
+cells_per_diameter = 4
+relaxation_time = 0.8
+[[particles]]
+shape = { sphere = { diameter = 1e-3 } }
+density = 2000.0
+volume_fraction = 0.12
+[run]
+end = { steps = 3000 }
+[output]
+profiles = [{ axis = "x", bins = 3 }, { axis = "z", bins = 24 }]
+profiles_every = { steps = 50 }
+fields_every = "never"
+particles_every = "never"
+picture_every = "never"
+checkpoint_every = "never"
+"#;
+    let (setup, files) = written(root.path(), text, &[]);
+    let fronts = SeriesTable::read(&files.table(FRONTS)).unwrap();
+    let [profile, front, bed] =
+        ["profile", "front_height", "bed_height"].map(|name| fronts.get(name).unwrap());
+    assert!(profile.iter().all(|number| *number == 1.0) && front.len() == 61);
+    let length = setup.domain.size()[2];
+    assert!(front[0] > 0.9 * length && front[60] < front[0] - 2e-3, "{front:?}");
+    assert!(bed[0] == 0.0 && bed[60] < front[60] + 1e-12);
+    let averages = Summary::read(&files.summary()).unwrap().averages;
+    let velocity = &averages["front_velocity"];
+    let stokes = setup.expect_fluid().scales.stokes_velocity;
+    assert!((0.1..1.0).contains(&(velocity.mean / stokes)), "{velocity:?} {stokes}");
+}
