@@ -63,7 +63,7 @@ pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, 
 pub use speeds::{Bound, DrivenFlow, Impact};
 pub use start::StartFlow;
 pub(crate) use statistics::LAGS;
-pub use statistics::{Dynamics, Profile, Structure};
+pub use statistics::{Dynamics, Profile, Rings, Structure};
 
 /// A case resolved to numbers, all of them checked: the physics, and apart from it the [plan](Self::plan) of the run and
 /// [where it comes from](Self::provenance).

@@ -341,7 +341,7 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
             [] => 0,
             _ => every("profiles_every", output.profiles_every, 100)?,
         },
-        profiles: statistics::profiles(document),
+        profiles: statistics::profiles(document, known)?,
         structure: statistics::structure(document, known, end_step)?,
         dynamics: statistics::dynamics(document, known, end_step)?,
         average: statistics::averaged(document)?,

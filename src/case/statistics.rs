@@ -1,18 +1,30 @@
 //! Plans of the statistics of particles and fluid.
 
 use super::checks::Document;
-use super::file::PlaneName;
+use super::file::{PlaneName, ProfileSection};
 use super::schedule::Known;
 use crate::error::Result;
 use crate::output::series::{COLUMNS, is_of_a_body};
+use serde::{Deserialize, Serialize};
 
-/// A profile along an axis of the box.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A profile along an axis of the box, or away from one.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     /// The axis.
     pub axis: usize,
-    /// Number of bins of equal length.
+    /// Number of bins of equal width.
     pub bins: usize,
+    /// The bins are rings.
+    pub rings: Option<Rings>,
+}
+
+/// Rings about a line along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rings {
+    /// A point of the line (m).
+    pub centre: [f64; 3],
+    /// Radius of the outermost one (m).
+    pub radius: f64,
 }
 
 /// Structure of the particles.
@@ -57,9 +69,49 @@ const BINS: usize = 150;
 pub(crate) const LAGS: usize = 100;
 
 /// The profiles of a case.
-pub(super) fn profiles(document: &Document) -> Vec<Profile> {
-    let profiles = document.case.output.profiles.iter();
-    profiles.map(|of| Profile { axis: of.axis as usize, bins: of.bins }).collect()
+pub(super) fn profiles(document: &Document, known: &Known) -> Result<Vec<Profile>> {
+    let periodic = document.case.domain.periodic;
+    let profile = |(n, of): (usize, &ProfileSection)| {
+        let (axis, bins) = (of.axis as usize, of.bins);
+        let key = |name: &str| format!("output.profiles.{n}.{name}");
+        let Some(centre) = of.about else {
+            return match of.radius {
+                None => Ok(Profile { axis, bins, rings: None }),
+                Some(_) => {
+                    let title = "`radius` is that of rings, of which `about` is missing";
+                    Err(document.error(
+                        &key("radius"),
+                        title,
+                        "of no ring",
+                        "give about = [x, y, z], or remove it",
+                    ))
+                }
+            };
+        };
+        let across = (0..3).filter(|other| *other != axis);
+        let room = across.map(|other| {
+            let (edge, x) = (known.size[other], centre[other]);
+            if periodic[other] { 0.5 * edge } else { x.min(edge - x) }
+        });
+        let room = room.fold(f64::INFINITY, f64::min);
+        if room.is_nan() || room <= 0.0 {
+            let title = "`about` is not a point in the box";
+            return Err(document.error(
+                &key("about"),
+                title,
+                "no room for rings",
+                "give a point in the box, in metres",
+            ));
+        }
+        let radius = of.radius.unwrap_or(room);
+        if radius > room * (1.0 + 1e-9) {
+            let wanted =
+                format!("at most {room:.6} m, where the rings reach a face or half of a periodic edge");
+            return Err(document.out_of_range(&key("radius"), radius, &wanted, "leave the key out"));
+        }
+        Ok(Profile { axis, bins, rings: Some(Rings { centre, radius }) })
+    };
+    document.case.output.profiles.iter().enumerate().map(profile).collect()
 }
 
 /// The structure that a case asks for.

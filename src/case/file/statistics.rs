@@ -5,15 +5,21 @@ use crate::document::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A profile along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+/// A profile along an axis, or away from it.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ProfileSection {
-    /// Axis of the box along which the bins follow each other.
+    /// Axis of the box along which the bins follow each other; with `about` that of the rings.
     pub axis: Axis,
-    /// Number of bins of equal length from one face of the box to the other.
+    /// Number of bins of equal width, from one face of the box to the other, or from the middle of the rings to `radius`.
     #[schemars(extend("minimum" = 1, "maximum" = 10_000))]
     pub bins: usize,
+    /// Point (m) on the line in the middle of rings, which are the bins of a radial profile. Vectors and tensors have the components radial,
+    /// azimuthal and axial in place of x, y and z. Default: none.
+    pub about: Option<[f64; 3]>,
+    /// Radius of the outermost ring (m). Default: the distance of the line to the nearest face, at most half of an edge that is periodic.
+    #[schemars(transform = positive)]
+    pub radius: Option<f64>,
 }
 
 /// Structure of the particles: where they are about each other, and how they touch.

@@ -1,17 +1,22 @@
-//! Profiles of particles and fluid along axes of the box: sums over bins, for which nothing is gathered.
+//! Profiles of particles and fluid along axes of the box, or over rings about one: sums over bins, for which nothing is gathered.
+//!
+//! Bodies are cut exactly at the ends of bins along an axis. Over rings each body counts by the points of a lattice in it, some 500, of equal
+//! volume, and a cell by its middle.
 
 use super::table::Table;
 use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
-use crate::case::{Profile, Setup};
+use crate::case::{Profile, Rings, Setup};
 use crate::contact::CutPart;
 use crate::error::{Error, Result};
-use crate::math::Vec3;
+use crate::math::{Mat3, Quat, Vec3};
 use crate::output::fronts::Column;
 use crate::output::{OutputFiles, RowsMark, Summary, directory, profiles};
 use crate::particle::Particle;
+use crate::shape::Shape;
 use crate::simulation::observe::{PAIRS, Sums, branch_moment, partners, settling_direction};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 const NAME: &str = "profiles";
 /// Cosine of the angle to an axis up to which particles settle along it.
@@ -34,16 +39,21 @@ pub(super) struct Profiles<'a> {
     files: OutputFiles,
     /// Parts of the bodies by template, as they are cut.
     parts: Vec<Vec<CutPart>>,
+    /// Points in the bodies by template, where there are rings.
+    points: Vec<Vec<Vec3>>,
     sections: usize,
     table: Table,
     /// Step of the last rows.
     last: u64,
 }
 
+/// What tells one profile from another.
+type Form = (usize, usize, Option<Rings>);
+
 #[derive(Serialize, Deserialize)]
 struct State {
-    /// Axes and numbers of bins.
-    profiles: Vec<(usize, usize)>,
+    /// Axes, numbers of bins, and rings.
+    profiles: Vec<Form>,
     rows: Option<RowsMark>,
     last: u64,
 }
@@ -59,7 +69,14 @@ impl<'a> Profiles<'a> {
         let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
         let files = files_of(setup);
         let table = Table::new(files.table(directory::PROFILES), profiles::head(sections));
-        Some(Self { setup, files, parts, sections, table, last: 0 })
+        let rings = setup.plan.output.profiles.iter().any(|profile| profile.rings.is_some());
+        let templates = setup.templates.iter().filter(|_| rings);
+        let points = templates.map(|template| {
+            let piece = template.shape.piece();
+            points_in(piece.as_deref().unwrap_or(&*template.shape))
+        });
+        let points = points.collect();
+        Some(Self { setup, files, parts, points, sections, table, last: 0 })
     }
 
     fn per_bin(&self) -> usize {
@@ -75,8 +92,9 @@ impl<'a> Profiles<'a> {
         })
     }
 
-    fn shapes(&self) -> Vec<(usize, usize)> {
-        self.setup.plan.output.profiles.iter().map(|profile| (profile.axis, profile.bins)).collect()
+    fn forms(&self) -> Vec<Form> {
+        let profiles = self.setup.plan.output.profiles.iter();
+        profiles.map(|profile| (profile.axis, profile.bins, profile.rings)).collect()
     }
 
     fn bins(&self) -> usize {
@@ -88,6 +106,55 @@ impl<'a> Profiles<'a> {
         let (bins, at) = (profile.bins as i64, at.floor() as i64);
         let periodic = self.setup.domain.is_periodic(profile.axis);
         (if periodic { at.rem_euclid(bins) } else { at.clamp(0, bins - 1) }) as usize
+    }
+
+    /// The bin of a profile that a point (m) lies in, and the axes in which it has the components of vectors there, if they are not those of the box.
+    /// Nothing beyond the rings.
+    fn place(&self, profile: &Profile, point: Vec3) -> Option<(usize, Option<Mat3>)> {
+        let Some(Rings { centre, radius }) = profile.rings else {
+            let scale = profile.bins as f64 / self.setup.domain.size()[profile.axis];
+            return Some((self.bin(profile, point[profile.axis] * scale), None));
+        };
+        let domain = &self.setup.domain;
+        let mut way = domain.nearest_image(domain.wrap(point - Vec3::from(centre)));
+        way[profile.axis] = 0.0;
+        let (bin, along) =
+            ((way.norm() * profile.bins as f64 / radius) as usize, Vec3::ith(profile.axis, 1.0));
+        let out = way.try_normalize(0.0).unwrap_or_else(|| Vec3::ith((profile.axis + 1) % 3, 1.0));
+        let axes = Mat3::from_rows(&[out, along.cross(&out), along].map(|axis| axis.transpose()));
+        (bin < profile.bins).then_some((bin, Some(axes)))
+    }
+
+    /// Volume of a bin of a profile (m^3), and where it is (m).
+    fn extent(&self, profile: &Profile, bin: usize) -> [f64; 2] {
+        let (size, bins) = (self.setup.domain.size(), profile.bins as f64);
+        let middle = (bin as f64 + 0.5) / bins;
+        match profile.rings {
+            None => [size.product() / bins, middle * size[profile.axis]],
+            Some(Rings { radius, .. }) => {
+                let at = middle * radius;
+                [2.0 * PI * at * radius / bins * size[profile.axis], at]
+            }
+        }
+    }
+
+    /// Calls `add(bin, volume)` with the parts of a body (m^3) in the bins of a profile.
+    fn divide(&self, particle: &Particle, profile: &Profile, mut add: impl FnMut(usize, f64)) {
+        if profile.rings.is_none() {
+            return self.cut(particle, profile, add);
+        }
+        let template = particle.template as usize;
+        let points = &self.points[template];
+        let each = self.setup.templates[template].shape.volume() / points.len() as f64;
+        let mut counts = vec![0_u32; profile.bins];
+        for point in points {
+            let point = particle.position() + particle.orientation() * point;
+            if let Some((bin, _)) = self.place(profile, point) {
+                counts[bin] += 1;
+            }
+        }
+        let filled = counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        filled.for_each(|(bin, count)| add(bin, f64::from(*count) * each));
     }
 
     /// Calls `add(bin, volume)` with the parts of a body (m^3) in the bins of a profile.
@@ -121,8 +188,6 @@ impl<'a> Profiles<'a> {
         (number, first, profile): (usize, usize, &Profile),
         output: &RootOutput,
     ) -> Vec<Vec<Option<f64>>> {
-        let (size, width) = (self.setup.domain.size(), 1.0 / profile.bins as f64);
-        let volume = size.product() * width;
         let units = self.setup.fluid.as_ref().map(|_| self.setup.units());
         (0..profile.bins)
             .map(|bin| {
@@ -130,7 +195,7 @@ impl<'a> Profiles<'a> {
                 let fluid = &output.totals.fixed[(first + bin) * OF_FLUID..][..OF_FLUID];
                 let counts = &sums[NUMBERS..];
                 let count: f64 = counts.iter().sum();
-                let position = (bin as f64 + 0.5) * width * size[profile.axis];
+                let [volume, position] = self.extent(profile, bin);
                 let mut row: Vec<Option<f64>> = [number as f64, output.step as f64, output.time, position]
                     .into_iter()
                     .chain([sums[0] / volume, count / volume])
@@ -150,6 +215,32 @@ impl<'a> Profiles<'a> {
             })
             .collect()
     }
+}
+
+/// A vector in these axes, if they are not its own.
+fn turned(axes: Option<&Mat3>, vector: Vec3) -> Vec3 {
+    axes.map_or(vector, |axes| axes * vector)
+}
+
+/// A symmetric tensor in these axes.
+fn turned_tensor(axes: &Mat3, of: &[f64; 6]) -> [f64; 6] {
+    let [xx, yy, zz, xy, xz, yz] = *of;
+    let tensor = axes * Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz) * axes.transpose();
+    PAIRS.map(|(i, j)| tensor[(i, j)])
+}
+
+/// The points of a cubic lattice in a body, in its frame.
+fn points_in(shape: &dyn Shape) -> Vec<Vec3> {
+    let (low, high) = shape.bounds(&Quat::identity());
+    let edges = high - low;
+    // Of a body that fills half of its bounds 500 are inside.
+    let step = (edges.product() / 1000.0).cbrt();
+    let counts = edges.map(|edge| (edge / step).ceil().max(1.0) as u32);
+    let at = |n: u32, axis: usize| low[axis] + (f64::from(n) + 0.5) * edges[axis] / f64::from(counts[axis]);
+    let [nx, ny, nz] = counts.into();
+    let all = (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
+    let points = all.map(|[i, j, k]| Vec3::new(at(i, 0), at(j, 1), at(k, 2)));
+    points.filter(|point| shape.signed_distance(*point) <= 0.0).collect()
 }
 
 /// Means of the profiles of a run from a time (s) on, and the heights of fronts, in tables that `to` gets; nothing where there are no profiles.
@@ -174,7 +265,7 @@ fn settling_column(setup: &Setup) -> Option<Column> {
     let down = settling_direction(setup)?;
     let profiles = setup.plan.output.profiles.iter().enumerate();
     let along = |axis: usize| down[axis].abs() > ALONG && !setup.domain.is_periodic(axis);
-    let (profile, of) = profiles.into_iter().find(|(_, profile)| along(profile.axis))?;
+    let (profile, of) = profiles.into_iter().find(|(_, of)| of.rings.is_none() && along(of.axis))?;
     let (length, downwards) = (setup.domain.size()[of.axis], down[of.axis] < 0.0);
     Some(Column { profile, length, downwards, diameter: setup.diameter })
 }
@@ -206,18 +297,17 @@ impl Writer for Profiles<'_> {
     fn sums(&self, rank: &mut RankState) -> Sums {
         let per_bin = self.per_bin();
         let mut sums = Sums::new(self.bins() * per_bin, self.bins() * OF_FLUID, 0);
-        let size = self.setup.domain.size();
         let simulation = rank.simulation();
         for (first, profile) in self.all() {
-            let scale = profile.bins as f64 / size[profile.axis];
             for particle in simulation.particles() {
-                self.cut(particle, profile, |bin, volume| sums.add((first + bin) * per_bin, &[volume]));
-                let bin = self.bin(profile, particle.position[profile.axis] * scale);
+                self.divide(particle, profile, |bin, volume| sums.add((first + bin) * per_bin, &[volume]));
+                let Some((bin, axes)) = self.place(profile, particle.position()) else { continue };
                 let at = (first + bin) * per_bin;
-                let v = particle.velocity;
-                sums.add(at + VELOCITY, &v);
+                let [v, spin] =
+                    [particle.velocity(), particle.angular_velocity()].map(|of| turned(axes.as_ref(), of));
+                sums.add(at + VELOCITY, v.as_slice());
                 sums.add(at + PRODUCTS, &PAIRS.map(|(i, j)| v[i] * v[j]));
-                sums.add(at + SPIN, &particle.angular_velocity);
+                sums.add(at + SPIN, spin.as_slice());
                 sums.add(at + NUMBERS + self.setup.sections[particle.template as usize], &[1.0]);
             }
             if !simulation.dem().tells_contacts() {
@@ -228,16 +318,33 @@ impl Writer for Profiles<'_> {
         for contact in rank.contacts() {
             let moment = branch_moment(self.setup, &known, contact);
             for (first, profile) in self.all() {
-                let scale = profile.bins as f64 / size[profile.axis];
-                let bin = self.bin(profile, contact.point[profile.axis] * scale);
-                sums.add((first + bin) * per_bin + STRESS, &moment);
+                if let Some((bin, axes)) = self.place(profile, contact.point.into()) {
+                    let moment = axes.map_or(moment, |axes| turned_tensor(&axes, &moment));
+                    sums.add((first + bin) * per_bin + STRESS, &moment);
+                }
             }
         }
         if self.setup.fluid.is_some() {
             let (units, cells) = (self.setup.units(), self.setup.domain.cells);
             rank.each_cell(|cell, velocity, pressure, covered| {
-                let (u, open) = (velocity.map(|u| u / units.velocity()), (1.0 - covered).max(0.0));
+                let (u, open) = (Vec3::from(velocity) / units.velocity(), (1.0 - covered).max(0.0));
+                let mut add = |bin: usize, weight: f64, u: Vec3| {
+                    let at = bin * OF_FLUID;
+                    sums.add_fixed(at, weight);
+                    (0..3).for_each(|a| sums.add_fixed(at + FLOW + a, weight * u[a]));
+                    for (k, (i, j)) in PAIRS.into_iter().enumerate() {
+                        sums.add_fixed(at + SQUARES + k, weight * u[i] * u[j]);
+                    }
+                    sums.add_fixed(at + PRESSURE, weight * pressure / units.pressure());
+                };
                 for (first, profile) in self.all() {
+                    if profile.rings.is_some() {
+                        let middle = Vec3::from(cell.map(|k| (k as f64 + 0.5) * units.dx));
+                        if let Some((bin, axes)) = self.place(profile, middle) {
+                            add(first + bin, open, turned(axes.as_ref(), u));
+                        }
+                        continue;
+                    }
                     // A cell may lie in several bins.
                     let [from, to] = [0, 1].map(|end| {
                         (cell[profile.axis] + end) as f64 * profile.bins as f64 / cells[profile.axis] as f64
@@ -245,14 +352,7 @@ impl Writer for Profiles<'_> {
                     let mut low = from;
                     while low < to {
                         let high = to.min(low.floor() + 1.0);
-                        let weight = open * (high - low) / (to - from);
-                        let at = (first + self.bin(profile, low)) * OF_FLUID;
-                        sums.add_fixed(at, weight);
-                        (0..3).for_each(|a| sums.add_fixed(at + FLOW + a, weight * u[a]));
-                        for (k, (i, j)) in PAIRS.into_iter().enumerate() {
-                            sums.add_fixed(at + SQUARES + k, weight * u[i] * u[j]);
-                        }
-                        sums.add_fixed(at + PRESSURE, weight * pressure / units.pressure());
+                        add(first + self.bin(profile, low), open * (high - low) / (to - from), u);
                         low = high;
                     }
                 }
@@ -277,12 +377,12 @@ impl Writer for Profiles<'_> {
 
     fn state(&mut self) -> Result<WriterState> {
         let rows = self.table.mark()?;
-        Ok(serde_json::json!(State { profiles: self.shapes(), rows, last: self.last }))
+        Ok(serde_json::json!(State { profiles: self.forms(), rows, last: self.last }))
     }
 
     fn fits(&self, state: &WriterState) -> Result<()> {
         let State { profiles, rows, .. } = parsed(NAME, state)?;
-        if rows.is_some() && profiles != self.shapes() {
+        if rows.is_some() && profiles != self.forms() {
             return Err(Error::Input(format!(
                 "`output.profiles` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
                 self.table.path().display()

@@ -93,11 +93,17 @@ fn statistics(section: &mut Section, files: &OutputFiles, summary: Option<&Summa
     Ok(())
 }
 
-/// Names of the axes of the profiles, from the case.
-fn axes_of_profiles(summary: Option<&Summary>) -> Vec<String> {
+/// Abscissas of the profiles, and their directions in words, from the case.
+fn axes_of_profiles(summary: Option<&Summary>) -> Vec<[String; 2]> {
     let case: Option<toml::Table> = summary.and_then(|summary| summary.input.parse().ok());
     let profiles = case.as_ref().and_then(|case| case.get("output")?.get("profiles")?.as_array());
-    let axis = |profile: &toml::Value| Some(profile.get("axis")?.as_str()?.to_string());
+    let axis = |profile: &toml::Value| {
+        let axis = profile.get("axis")?.as_str()?;
+        Some(match profile.get("about") {
+            None => [format!("{axis} (m)"), format!("along {axis}")],
+            Some(_) => ["distance from the axis (m)".to_string(), format!("about {axis}")],
+        })
+    };
     profiles.into_iter().flatten().filter_map(axis).collect()
 }
 

@@ -86,9 +86,41 @@ fn bins_at_the_cut_of_a_sphere_have_the_volume_of_its_cap() {
     let profiles = Profiles::of(&setup).unwrap();
     // Half of the sphere is below 2 mm, where a bin ends.
     let mut found = [0.0; 4];
-    let profile = Profile { axis: 2, bins: 4 };
+    let profile = Profile { axis: 2, bins: 4, rings: None };
     profiles.cut(&setup.particles[0], &profile, |bin, volume| found[bin] += volume);
     let half = 2.0 / 3.0 * PI * 1e-9;
     assert!((found[0] / half - 1.0).abs() < 1e-12 && (found[1] / half - 1.0).abs() < 1e-12, "{found:?}");
     assert!(found[2..] == [0.0; 2]);
+}
+
+#[test]
+fn rings_hold_what_is_in_a_sphere_by_its_caps_and_turn_vectors() {
+    let text = BODIES.replace("[0.2e-3, 1e-3, 7.9e-3]", "[3e-3, 3e-3, 2e-3]").replace(
+        "{ axis = \"z\", bins = 5 }",
+        "{ axis = \"z\", bins = 4, about = [3e-3, 3e-3, 0], radius = 1.2e-3 }",
+    );
+    let setup = from_text(&text, "rings", &[]).unwrap_or_else(|e| panic!("{e}"));
+    let profiles = Profiles::of(&setup).unwrap();
+    let profile = setup.plan.output.profiles[2];
+    let mut found = [0.0; 4];
+    profiles.divide(&setup.particles[0], &profile, |bin, volume| found[bin] += volume);
+    // In a cylinder of radius r through the middle of a sphere of radius R: 4 pi / 3 (R^3 - (R^2 - r^2)^(3/2)).
+    let within = |r: f64| 4.0 / 3.0 * PI * (1.0 - (1.0 - r.min(1.0).powi(2)).powf(1.5)) * 1e-9;
+    for (bin, found) in found.iter().enumerate() {
+        let [inner, outer] = [0.0, 1.0].map(|more| within(0.3 * (bin as f64 + more)));
+        let exact = outer - inner;
+        assert!((found - exact).abs() < 0.03 * within(1.0), "{bin}: {found:e} {exact:e}");
+    }
+    assert!((found.iter().sum::<f64>() / within(1.0) - 1.0).abs() < 1e-12);
+    // Volumes of the rings fill the cylinder; at 90 degrees radial is y and azimuthal is against x.
+    let all: f64 = (0..4).map(|bin| profiles.extent(&profile, bin)[0]).sum();
+    assert!((all / (PI * 1.44e-6 * setup.domain.size()[2]) - 1.0).abs() < 1e-12);
+    let (bin, axes) = profiles.place(&profile, Vec3::new(3e-3, 3.5e-3, 7e-3)).unwrap();
+    let axes = axes.unwrap();
+    let vector = turned(Some(&axes), Vec3::new(1.0, 2.0, 3.0));
+    assert!(bin == 1 && (vector - Vec3::new(2.0, -1.0, 3.0)).norm() < 1e-12, "{bin} {vector:?}");
+    let tensor = turned_tensor(&axes, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    let expected = [2.0, 1.0, 3.0, -4.0, 6.0, -5.0];
+    assert!(tensor.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{tensor:?}");
+    assert!(profiles.place(&profile, Vec3::new(3e-3, 4.3e-3, 0.0)).is_none());
 }

@@ -84,14 +84,14 @@ fn groups(
     }
 }
 
-/// Adds the figures of each profile; `axes` are their names, as far as they are known.
-pub(super) fn profiles(section: &mut Section, means: &SeriesTable, axes: &[String]) {
+/// Adds the figures of each profile; `axes` are abscissas and directions in words, as far as they are known.
+pub(super) fn profiles(section: &mut Section, means: &SeriesTable, axes: &[[String; 2]]) {
     let profile = means.get("profile").unwrap_or_default();
     let count = profile.iter().copied().fold(-1.0, f64::max) as usize + usize::from(!profile.is_empty());
     for number in 0..count {
         let rows: Vec<usize> = (0..profile.len()).filter(|&row| profile[row] as usize == number).collect();
-        let axis = axes.get(number).map_or("position (m)".to_string(), |axis| format!("{axis} (m)"));
-        let what = axes.get(number).map_or(format!("in profile {number}"), |axis| format!("along {axis}"));
+        let unknown = || ["position (m)".to_string(), format!("in profile {number}")];
+        let [axis, what] = axes.get(number).cloned().unwrap_or_else(unknown);
         let prefix = format!("profile_{number}_");
         groups(section, means, &rows, ("position", &axis), &PROFILES, (&prefix, &what));
     }
