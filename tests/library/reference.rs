@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use turbid::case;
-use turbid::output::{Summary, particle_series, profiles, series};
+use turbid::output::{Summary, dynamics, fronts, particle_series, profiles, series, structure};
 use turbid_cli::cli;
 use turbid_lab::study;
 
@@ -293,10 +293,23 @@ fn the_page_on_tables_has_every_column() {
     );
     columns(&mut out, &profiles::COLUMNS, &profiles::DEFINITIONS);
     out.push_str(
-        "\n## profile_means.csv\n\nOne row for each bin: `profile`, `position`, the number of `rows` of profiles.csv from `run.average_from` on, and of each column \
-         of that\nfrom `solid_fraction` on the mean over these rows and its standard error, `NAME_error`, which knows how long the values are \
-         correlated; empty\nwith fewer than 16 rows.\n",
+        "\n## Tables of means\n\n`profile_means.csv`, `pair_distribution_means.csv`, `contact_force_means.csv` and `dynamics_means.csv`: one row for each bin of the table \
+         of that name, told by\n`profile` and `position`, `separation`, `force_over_mean` or `lag`, with the number of `rows` from `run.average_from` on, and of each quantity the mean over \
+         these rows and\nits standard error, `NAME_error`, which knows how long the values are correlated; empty with fewer than 16 rows. Rows of dynamics.csv with one lag are of \
+         blocks, which are\ntaken as independent: their errors need four.\n\n## fronts.csv\n\nOne row for each time of profiles.csv. [Statistics](../statistics.md#profiles-and-fronts) has more.\n\n",
     );
+    columns(&mut out, &fronts::COLUMNS, &fronts::DEFINITIONS);
+    out.push_str("\n## structure.csv\n\nOne row for each time of `output.structure`.\n\n");
+    columns(&mut out, &structure::COLUMNS, &structure::DEFINITIONS);
+    out.push_str(
+        "\n## pair_distribution.csv\n\nOne row for each time and bin. With `output.structure.plane`, columns `pair_distribution_at_N` (-) follow: the same of pairs within 30 \
+         degrees of the plane\nwhose direction lies in the sector of 10 degrees about `N` degrees from the first axis of the plane.\n\n",
+    );
+    columns(&mut out, &structure::PAIR_COLUMNS, &structure::DEFINITIONS);
+    out.push_str("\n## contact_forces.csv\n\nOne row for each time and bin.\n\n");
+    columns(&mut out, &structure::FORCE_COLUMNS, &structure::DEFINITIONS);
+    out.push_str("\n## dynamics.csv\n\nOne row for each sample of `output.dynamics`.\n\n");
+    columns(&mut out, &dynamics::COLUMNS, &dynamics::DEFINITIONS);
     out.push_str(
         "\n## result.csv\n\nOne row for each finished run of a [study](../study.md): its name `run`, a column for each axis, the columns \
          below, one for each\n`[[window]]`, and the `version` of the program. What a run does not have stays empty. Names without a definition \

@@ -29,13 +29,13 @@ count = 30
 youngs_modulus = 1e5
 restitution = 0.5
 [driving]
-gravity = [0, 0, -2]
+gravity = [0, 0, -9]
 [run]
-end = { steps = 4000 }
-average_from = { steps = 2000 }
+end = { steps = 2000 }
+average_from = { steps = 1000 }
 [output]
-structure = { every = { steps = 100 }, reach = 2.9e-3, bins = 40, plane = "xz" }
-dynamics = { every = { steps = 20 }, lags = 20 }
+structure = { every = { steps = 50 }, reach = 2.9e-3, bins = 40, plane = "xz" }
+dynamics = { every = { steps = 20 }, lags = 10 }
 average = ["contacts", "wall_force_z"]
 particles_every = "never"
 picture_every = "never"
@@ -54,7 +54,7 @@ fn written(root: &Path, text: &str, options: &[String]) -> (Setup, OutputFiles) 
 }
 
 #[test]
-fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_8_ranks() {
+fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_4_ranks() {
     let root = tempfile::tempdir().unwrap();
     let read = |threads: u32| {
         let out = root.path().join(threads.to_string());
@@ -65,7 +65,7 @@ fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_8_ranks() {
         (files, bytes, averages)
     };
     let (files, alone, averages) = read(1);
-    for threads in [2, 8] {
+    for threads in [2, 4] {
         let (_, bytes, others) = read(threads);
         assert!(bytes == alone && others == averages, "{threads} threads");
     }
@@ -77,8 +77,8 @@ fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_8_ranks() {
     }
     let numbers = ["coordination", "rattlers", "coordination_without_rattlers"].map(last);
     let [all, loose, holding] = numbers;
-    assert!(holding >= 4.0 && all > 3.0 && all < holding + 1e-9, "{numbers:?}");
-    assert!(loose > 0.0 && loose < 0.6, "{numbers:?}");
+    assert!(holding >= 4.0 && all > 1.0 && all < holding, "{numbers:?}");
+    assert!(loose > 0.0 && loose < 0.8, "{numbers:?}");
     assert!(last("normal_force") > 0.0 && last("nearest_neighbour_distance") < 1.1e-3);
     // The weight on the floor is that of all particles; its average has an error and the column its unit.
     let weight = &averages["wall_force_z"];
@@ -98,7 +98,7 @@ fn particles_that_fly_freely_move_apart_by_their_velocities_and_forget_nothing()
     let root = tempfile::tempdir().unwrap();
     let text = HEAP
         .replace("[true, true, false]", "[true, true, true]")
-        .replace("[0, 0, -2]", "0")
+        .replace("[0, 0, -9]", "0")
         .replace("youngs_modulus = 1e5\nrestitution = 0.5", "enabled = false");
     let (_, files) = written(root.path(), &text, &[]);
     let means = SeriesTable::read(&files.table(DYNAMICS_MEANS)).unwrap();
@@ -111,10 +111,10 @@ fn particles_that_fly_freely_move_apart_by_their_velocities_and_forget_nothing()
             assert!((way[row] - memory[0] * lag * lag).abs() <= 1e-9 * memory[0] * lag * lag, "{axis} {lag}");
         }
     }
-    // Five blocks after the start of the averages, of which four are needed for an error.
+    // Five whole blocks after the start of the averages; four are needed for an error.
     let blocks = column("rows");
-    assert!(blocks.len() == 21 && blocks.iter().all(|rows| *rows >= 5.0), "{blocks:?}");
-    assert!(column("mean_squared_displacement_x_error")[20].is_finite());
+    assert!(blocks.len() == 11 && blocks.iter().all(|rows| *rows >= 5.0), "{blocks:?}");
+    assert!(column("mean_squared_displacement_x_error")[10].is_finite());
 }
 
 #[test]
@@ -156,4 +156,36 @@ checkpoint_every = "never"
     let velocity = &averages["front_velocity"];
     let stokes = setup.expect_fluid().scales.stokes_velocity;
     assert!((0.1..1.0).contains(&(velocity.mean / stokes)), "{velocity:?} {stokes}");
+}
+
+#[test]
+fn the_files_of_a_run_have_the_numbers_of_the_run_afterwards() {
+    let root = tempfile::tempdir().unwrap();
+    let (_, files) = written(&root.path().join("run"), HEAP, &[]);
+    let out = root.path().join("analysis");
+    let found = simulation::analyse(files.directory(), &out, None).unwrap();
+    let averages = Summary::read(&files.summary()).unwrap().averages;
+    assert!(averages.len() > 20 && averages.iter().all(|(name, of)| found.averages[name] == *of));
+    assert!(found.averages.len() > averages.len() && found.notes.is_empty(), "{:?}", found.notes);
+    let bytes = |root: &Path, name: &str| std::fs::read(root.join(name)).unwrap();
+    for name in [PAIR_DISTRIBUTION_MEANS, DYNAMICS_MEANS] {
+        assert!(bytes(&out, name) == bytes(files.directory(), name), "{name}");
+    }
+    // From the files of particles alone: all that follows from places and velocities, at their spacing.
+    let mut text = HEAP.replace("particles_every = \"never\"", "particles_every = { steps = 20 }");
+    for key in ["structure", "dynamics"] {
+        let line = text.lines().find(|line| line.starts_with(key)).unwrap().to_string();
+        text = text.replace(&line, "");
+    }
+    let (_, bare) = written(&root.path().join("bare"), &text, &[]);
+    let later = simulation::analyse(bare.directory(), &root.path().join("later"), Some(0.02)).unwrap();
+    assert!(later.notes[0].contains("no contacts"), "{:?}", later.notes);
+    assert!(!later.averages.contains_key("coordination"));
+    // The orientation of bodies in a file is that of their shape, of which the axes may have other names.
+    for name in ["nearest_neighbour_distance", "velocity_variance_xx", "orientation_zz"] {
+        let [there, here] = [&averages, &later.averages].map(|all| all[name].mean);
+        assert!((there / here - 1.0).abs() < 0.05, "{name}: {there} {here}");
+    }
+    let error = simulation::analyse(root.path(), &out, None).unwrap_err();
+    assert!(error.exit_code() == 2 && error.to_string().contains("series.csv"), "{error}");
 }

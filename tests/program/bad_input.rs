@@ -11,6 +11,7 @@ mod insertion;
 mod lubrication;
 mod mesh_walls;
 mod motion;
+mod statistics;
 mod units;
 mod walls;
 

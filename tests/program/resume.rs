@@ -59,6 +59,11 @@ average_from = { steps = 0 }
 [output]
 directory = "out"
 series_every = { steps = 8 }
+average = ["contacts"]
+structure = { every = { steps = 40 }, reach = 8e-3, bins = 20, plane = "yz" }
+dynamics = { every = { steps = 8 }, lags = 14 }
+profiles = [{ axis = "z", bins = 6 }, { axis = "y", bins = 4, about = [0.015, 0, 0.015] }]
+profiles_every = { steps = 40 }
 particles_every = { steps = 48 }
 picture_every = { steps = 160 }
 pictures = [{ view = { colour = "contact_force", force_chains = true, size = [500, 300] } }]

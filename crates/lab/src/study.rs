@@ -18,6 +18,7 @@ pub mod document;
 mod execute;
 mod figure;
 pub mod file;
+mod hindrance;
 mod plan;
 mod points;
 pub mod record;

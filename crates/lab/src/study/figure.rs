@@ -1,5 +1,6 @@
 //! Figures of a study: points, references, and a note on what is missing.
 
+use super::hindrance::Hindrance;
 use super::points::Line;
 use super::prelude::*;
 use turbid_plot::{Axis, Chart, Panel};
@@ -90,7 +91,9 @@ impl Study {
     ) -> Result<Vec<Series>> {
         let label = reference.value.label.as_deref();
         if reference.value.fit {
-            return Ok(lines.iter().filter_map(|line| extrapolation(line, lines.len(), label)).collect());
+            let fitted: fn(&(String, Line), usize, Option<&str>) -> Option<Series> =
+                if self.plan.axes[x].is_fraction { hindrance } else { extrapolation };
+            return Ok(lines.iter().filter_map(|line| fitted(line, lines.len(), label)).collect());
         }
         if let Some(order) = reference.value.order {
             return Ok(power_law(lines, order, label).into_iter().collect());
@@ -176,6 +179,22 @@ fn extrapolation((of, line): &(String, Line), lines: usize, label: Option<&str>)
     });
     let label = label.unwrap_or("extrapolation");
     let label = if lines > 1 { format!("{label}, {of}") } else { label.to_string() };
+    Some(Series::new(label, Style::Line, points))
+}
+
+/// The law of hindered settling through the points of a line, with the interval of its exponent at 95 %.
+fn hindrance((of, line): &(String, Line), lines: usize, label: Option<&str>) -> Option<Series> {
+    let found = Hindrance::of(&line.points)?;
+    let ends = [f64::min, f64::max].map(|pick| line.points.iter().map(|at| at.x).reduce(pick));
+    let (first, last) = (ends[0]?, ends[1]?);
+    let points = (0..=PARTS).map(|part| {
+        let x = first + f64::from(part) / f64::from(PARTS) * (last - first);
+        (x, found.at(x))
+    });
+    let Hindrance { prefactor, exponent, confidence } = found;
+    let law = format!("{prefactor:.2} (1 - phi)^n, n = {exponent:.2} +- {confidence:.2} (95 %)");
+    let label = label.map_or(law.clone(), |label| format!("{label}: {law}"));
+    let label = if lines > 1 { format!("{label}, {of}") } else { label };
     Some(Series::new(label, Style::Line, points))
 }
 

@@ -259,7 +259,8 @@ pub struct ReferenceSection {
     /// The values of axes to which it applies.
     #[serde(default)]
     pub only: Only,
-    /// The extrapolation to fine grids through the points of each series; the horizontal axis has cells per diameter.
+    /// The fit through the points of each series: over cells per diameter the extrapolation to fine grids, over volume fractions
+    /// `k (1 - phi)^n` with the interval of `n` at 95 %.
     #[serde(default)]
     pub fit: bool,
     /// The mean of all points, and lines above and below it at this relative distance.

@@ -191,10 +191,24 @@ mod tests {
     #[test]
     fn keys_are_free_where_the_case_file_marks_them() {
         let names: Vec<String> = free_keys().iter().map(|key| key.join(".")).collect();
-        let outputs =
-            ["checkpoint_at_end", "checkpoint_every", "contacts_every", "directory", "fields_every"];
-        let more =
-            ["particles_every", "picture_every", "pictures", "profiles", "profiles_every", "surfaces_every"];
+        let outputs = [
+            "average",
+            "checkpoint_at_end",
+            "checkpoint_every",
+            "contacts_every",
+            "directory",
+            "dynamics",
+            "fields_every",
+        ];
+        let more = [
+            "particles_every",
+            "picture_every",
+            "pictures",
+            "profiles",
+            "profiles_every",
+            "structure",
+            "surfaces_every",
+        ];
         let outputs = outputs.iter().chain(&more).map(|key| format!("output.{key}"));
         let run = ["device", "simd", "threads"].map(|key| format!("run.{key}"));
         assert_eq!(names, outputs.chain(run).collect::<Vec<_>>());

@@ -61,8 +61,11 @@ pub(super) struct Written {
 
 /// Runs a case to its end in a folder of its own, and reads its summary and these tables of statistics.
 pub(super) fn written(setup: &Setup, threads: usize, names: &[&str]) -> Result<Written> {
+    /// Parts of a case may run at the same time.
+    static RUNS: AtomicUsize = AtomicUsize::new(0);
     let mut setup = setup.clone();
-    let name = format!("turbid_{}_{}", setup.provenance.name, std::process::id());
+    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+    let name = format!("turbid_{}_{}_{run}", setup.provenance.name, std::process::id());
     let folder = std::env::temp_dir().join(name);
     setup.plan.output.directory.clone_from(&folder);
     setup.plan.threads = threads;

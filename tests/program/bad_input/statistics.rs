@@ -1,0 +1,29 @@
+//! Statistics that cannot be taken.
+
+use super::all_refused;
+
+#[test]
+fn profiles_structure_and_averages_that_cannot_be_are_refused_with_a_remedy() {
+    let with = |key: &str| format!("volume_fraction = 0.1\nseed = 1\n[output]\n{key}\n");
+    let table: [(&str, &[&str]); 7] = [
+        (
+            "structure = { reach = 4e-3 }",
+            &["`output.structure.reach` is 0.004", "at most 0.003000 m", "half of the shortest"],
+        ),
+        ("structure = { bins = 0 }", &["`output.structure.bins` is 0", "at least 1"]),
+        ("structure = { plane = \"yx\" }", &["`yx`", "xy"]),
+        ("dynamics = { lags = 1 }", &["`output.dynamics.lags` is 1", "at least 2"]),
+        ("average = [\"contacts\", \"contact\"]", &["series.csv has no column `contact`", "tables.md"]),
+        (
+            "profiles = [{ axis = \"z\", bins = 4, about = [7e-3, 3e-3, 0] }]",
+            &["`about` is not a point in the box", "in metres"],
+        ),
+        (
+            "profiles = [{ axis = \"z\", bins = 4, about = [3e-3, 3e-3, 0], radius = 4e-3 }]",
+            &["`output.profiles.0.radius` is 0.004", "at most 0.003000 m"],
+        ),
+    ];
+    for (key, words) in table {
+        all_refused(&[("volume_fraction = 0.1\nseed = 1", &with(key), words)]);
+    }
+}
