@@ -8,10 +8,10 @@ use turbid::output::directory::{
 use turbid::output::{OutputFiles, SeriesTable, Summary};
 use turbid::simulation::{self, RunOptions};
 
-/// Spheres and rods that fall into a heap, in a box of 12 by 12 by 24 cells.
+/// Spheres and rods that fall into a heap, in a periodic box with a floor.
 const HEAP: &str = r#"
 [domain]
-size = [6e-3, 6e-3, 12e-3]
+size = [6e-3, 6e-3, 8e-3]
 periodic = [true, true, false]
 [dry]
 time_step = 2e-5
@@ -24,7 +24,7 @@ seed = 5
 [[particles]]
 shape = { capsule = { diameter = 0.8e-3, length = 1.6e-3 } }
 density = 2500.0
-count = 30
+count = 14
 [contact]
 youngs_modulus = 1e5
 restitution = 0.5

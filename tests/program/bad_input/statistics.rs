@@ -15,8 +15,8 @@ fn profiles_structure_and_averages_that_cannot_be_are_refused_with_a_remedy() {
         ("dynamics = { lags = 1 }", &["`output.dynamics.lags` is 1", "at least 2"]),
         ("average = [\"contacts\", \"contact\"]", &["series.csv has no column `contact`", "tables.md"]),
         (
-            "profiles = [{ axis = \"z\", bins = 4, about = [7e-3, 3e-3, 0] }]",
-            &["`about` is not a point in the box", "in metres"],
+            "profiles = [{ axis = \"z\", bins = 4, radius = 1e-3 }]",
+            &["of which `about` is missing", "give about = [x, y, z]"],
         ),
         (
             "profiles = [{ axis = \"z\", bins = 4, about = [3e-3, 3e-3, 0], radius = 4e-3 }]",

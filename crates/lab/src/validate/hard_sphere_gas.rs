@@ -11,7 +11,7 @@ pub(super) const CASE: Case = Case {
     name: "hard_sphere_gas",
     question: "pair distribution and self-diffusion of a gas of elastic spheres",
     source: STARLING,
-    parts: &[Part::quick(6.0, pairs), Part::full(60.0, diffusion)],
+    parts: &[Part::quick(8.0, pairs), Part::full(90.0, diffusion)],
 };
 
 const STARLING: &str = "Carnahan and Starling (1969), doi:10.1063/1.1672048";
@@ -99,11 +99,11 @@ fn percus_yevick(phi: f64) -> impl Fn(f64) -> f64 {
 
 fn diffusion(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let own = [
-        "domain.size={ diameters = [16.5, 16.5, 16.5] }",
+        "domain.size={ diameters = [20.75, 20.75, 20.75] }",
         "particles.0.volume_fraction=0.03",
         "contact.youngs_modulus=4e5",
         "dry.time_step=6e-5",
-        "run.end={ time = 20 }",
+        "run.end={ time = 26 }",
         "run.average_from={ time = 1 }",
         "output.series_every={ time = 0.1 }",
         "output.structure.every=\"never\"",
