@@ -75,18 +75,12 @@ pub(super) fn profiles(document: &Document, known: &Known) -> Result<Vec<Profile
         let (axis, bins) = (of.axis as usize, of.bins);
         let key = |name: &str| format!("output.profiles.{n}.{name}");
         let Some(centre) = of.about else {
-            return match of.radius {
-                None => Ok(Profile { axis, bins, rings: None }),
-                Some(_) => {
-                    let title = "`radius` is that of rings, of which `about` is missing";
-                    Err(document.error(
-                        &key("radius"),
-                        title,
-                        "of no ring",
-                        "give about = [x, y, z], or remove it",
-                    ))
-                }
-            };
+            if of.radius.is_some() {
+                let title = "`radius` is that of rings, of which `about` is missing";
+                let remedy = "give about = [x, y, z], or remove it";
+                return Err(document.error(&key("radius"), title, "of no ring", remedy));
+            }
+            return Ok(Profile { axis, bins, rings: None });
         };
         let across = (0..3).filter(|other| *other != axis);
         let room = across.map(|other| {

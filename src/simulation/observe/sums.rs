@@ -5,7 +5,10 @@
 //! ([`ReproducibleSum`]), or for [`add_fixed`](Sums::add_fixed) in units of 2^-42.
 
 use crate::comm::Comm;
-use crate::math::{ReproducibleSum, from_fixed_wide, join_wide, magnitude, split_wide, to_fixed_wide};
+use crate::math::{
+    FIXED_POINT_LIMIT, ReproducibleSum, from_fixed_wide, join_wide, magnitude, split_wide, to_fixed,
+    to_fixed_wide,
+};
 
 /// Contribution of one rank to sums and maxima over all ranks, by index. Every rank has as many of them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,7 +37,9 @@ impl Sums {
     /// Adds a value below 2^20, rounded to a multiple of 2^-42, to the fixed-point sum `index`; nothing is kept. For values of all
     /// cells, which are of order one.
     pub fn add_fixed(&mut self, index: usize, value: f64) {
-        self.fixed[index] += i128::from(to_fixed_wide(value));
+        // Rounding of small numbers takes no call.
+        let small = value.abs() < FIXED_POINT_LIMIT;
+        self.fixed[index] += i128::from(if small { to_fixed(value) } else { to_fixed_wide(value) });
     }
 
     /// Raises the maximum `index` to this value, if it is larger.

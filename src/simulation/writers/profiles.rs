@@ -125,6 +125,23 @@ impl<'a> Profiles<'a> {
         (bin < profile.bins).then_some((bin, Some(axes)))
     }
 
+    /// The bins of a profile along an axis, of which the first is `first` among all, that each layer of cells across it lies in, and the parts of it
+    /// there. None of rings.
+    fn places(&self, first: usize, profile: &Profile) -> Vec<Vec<(usize, f64)>> {
+        let layers = if profile.rings.is_none() { self.setup.domain.cells[profile.axis] } else { 0 };
+        let of_layer = |layer: usize| {
+            let [from, to] = [layer, layer + 1].map(|end| end as f64 * profile.bins as f64 / layers as f64);
+            let (mut low, mut places) = (from, Vec::new());
+            while low < to {
+                let high = to.min(low.floor() + 1.0);
+                places.push((first + self.bin(profile, low), (high - low) / (to - from)));
+                low = high;
+            }
+            places
+        };
+        (0..layers).map(of_layer).collect()
+    }
+
     /// Volume of a bin of a profile (m^3), and where it is (m).
     fn extent(&self, profile: &Profile, bin: usize) -> [f64; 2] {
         let (size, bins) = (self.setup.domain.size(), profile.bins as f64);
@@ -325,9 +342,15 @@ impl Writer for Profiles<'_> {
             }
         }
         if self.setup.fluid.is_some() {
-            let (units, cells) = (self.setup.units(), self.setup.domain.cells);
+            let units = self.setup.units();
+            let [speed, scale] = [units.velocity(), units.pressure()].map(f64::recip);
+            let places: Vec<_> = self.all().map(|(first, profile)| self.places(first, profile)).collect();
             rank.each_cell(|cell, velocity, pressure, covered| {
-                let (u, open) = (Vec3::from(velocity) / units.velocity(), (1.0 - covered).max(0.0));
+                let open = (1.0 - covered).max(0.0);
+                if open <= 0.0 {
+                    return;
+                }
+                let (u, pressure) = (Vec3::from(velocity) * speed, pressure * scale);
                 let mut add = |bin: usize, weight: f64, u: Vec3| {
                     let at = bin * OF_FLUID;
                     sums.add_fixed(at, weight);
@@ -335,25 +358,18 @@ impl Writer for Profiles<'_> {
                     for (k, (i, j)) in PAIRS.into_iter().enumerate() {
                         sums.add_fixed(at + SQUARES + k, weight * u[i] * u[j]);
                     }
-                    sums.add_fixed(at + PRESSURE, weight * pressure / units.pressure());
+                    sums.add_fixed(at + PRESSURE, weight * pressure);
                 };
-                for (first, profile) in self.all() {
-                    if profile.rings.is_some() {
-                        let middle = Vec3::from(cell.map(|k| (k as f64 + 0.5) * units.dx));
-                        if let Some((bin, axes)) = self.place(profile, middle) {
-                            add(first + bin, open, turned(axes.as_ref(), u));
+                for ((first, profile), places) in self.all().zip(&places) {
+                    if profile.rings.is_none() {
+                        for (bin, part) in &places[cell[profile.axis]] {
+                            add(*bin, open * part, u);
                         }
                         continue;
                     }
-                    // A cell may lie in several bins.
-                    let [from, to] = [0, 1].map(|end| {
-                        (cell[profile.axis] + end) as f64 * profile.bins as f64 / cells[profile.axis] as f64
-                    });
-                    let mut low = from;
-                    while low < to {
-                        let high = to.min(low.floor() + 1.0);
-                        add(first + self.bin(profile, low), open * (high - low) / (to - from), u);
-                        low = high;
+                    let middle = Vec3::from(cell.map(|k| (k as f64 + 0.5) * units.dx));
+                    if let Some((bin, axes)) = self.place(profile, middle) {
+                        add(first + bin, open, turned(axes.as_ref(), u));
                     }
                 }
             });

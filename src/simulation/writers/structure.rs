@@ -11,14 +11,15 @@
 //! particles; counts are whole numbers, and so have the same bits on any ranks.
 //!
 //! # Reference
-//! Hansen and McDonald (2013), Theory of Simple Liquids, section 2.5, for `g`; Stoyan et al. (1995), Stochastic Geometry, section 4.5, for `w`.
+//! Hansen and `McDonald` (2013), Theory of Simple Liquids, section 2.5, for `g`; Stoyan et al. (1995), Stochastic Geometry, section 4.5, for `w`.
+
+mod pairs;
 
 use super::table::Table;
 use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Setup, Structure};
 use crate::comm::Comm;
-use crate::contact::PairFinder;
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -26,6 +27,7 @@ use crate::output::structure::{COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SE
 use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, averages, directory};
 use crate::particle::{Particle, Template};
 use crate::simulation::observe::{PAIRS, Sums, Totals, at_owners, centres_near};
+use pairs::each_pair;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -150,30 +152,21 @@ impl<'a> StructureWriter<'a> {
         let centres: Vec<Vec3> = own.iter().map(Particle::position).chain(others.iter().copied()).collect();
         let mut counts = vec![0.0; self.on_forces() - COUNTS];
         let mut nearest = vec![f64::INFINITY; own.len()];
-        let images = domain.images_nearest();
-        let mut finder = PairFinder::new(domain);
-        for pair in finder.find(&centres, &vec![0.5 * reach; centres.len()]) {
-            let [i, j] = pair.map(|k| k as usize);
-            let mine = [i, j].iter().filter(|k| **k < own.len()).count();
-            if mine == 0 {
-                continue;
-            }
-            let way = images.of(centres[j] - centres[i]);
-            let distance = way.norm();
-            for k in [i, j] {
-                if let Some(least) = nearest.get_mut(k) {
-                    *least = least.min(distance);
-                }
+        each_pair(&domain, &centres, own.len(), reach, |[i, j], way, distance| {
+            let mut mine = 0.0;
+            for least in [i, j].into_iter().filter(|k| *k < own.len()) {
+                nearest[least] = nearest[least].min(distance);
+                mine += 1.0;
             }
             let bin = (distance / width) as usize;
             if bin >= bins {
-                continue;
+                return;
             }
-            counts[bin] += mine as f64;
+            counts[bin] += mine;
             if let Some(sector) = plane.and_then(|plane| sector(way, plane)) {
-                counts[bins + bin * SECTORS + sector] += mine as f64;
+                counts[bins + bin * SECTORS + sector] += mine;
             }
-        }
+        });
         for (index, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0.0) {
             sums.add(COUNTS + index, &[*count]);
         }
@@ -215,7 +208,9 @@ impl<'a> StructureWriter<'a> {
         }
         // The bins are in units of the mean, which all ranks must know first.
         let mut total = Sums::new(2, 0, 0);
-        forces.iter().for_each(|force| total.add(0, &[*force, 1.0]));
+        for force in &forces {
+            total.add(0, &[*force, 1.0]);
+        }
         let total = Totals::of(total, simulation.comm());
         let mean = total.sums[0] / total.sums[1];
         for force in forces {
@@ -280,7 +275,9 @@ impl<'a> StructureWriter<'a> {
 
 /// Marks all that follows from contacts as unknown.
 fn untold(sums: &mut Sums) {
-    [TOUCHES, LOOSE, HOLDING].iter().for_each(|of| sums.add(*of, &[f64::NAN]));
+    for of in [TOUCHES, LOOSE, HOLDING] {
+        sums.add(of, &[f64::NAN]);
+    }
 }
 
 /// The principal axis of the bodies of a template, in their frame, whose moment of inertia differs most from both others.

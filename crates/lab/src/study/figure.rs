@@ -91,8 +91,7 @@ impl Study {
     ) -> Result<Vec<Series>> {
         let label = reference.value.label.as_deref();
         if reference.value.fit {
-            let fitted: fn(&(String, Line), usize, Option<&str>) -> Option<Series> =
-                if self.plan.axes[x].is_fraction { hindrance } else { extrapolation };
+            let fitted = if self.plan.axes[x].is_fraction { hindrance } else { extrapolation };
             return Ok(lines.iter().filter_map(|line| fitted(line, lines.len(), label)).collect());
         }
         if let Some(order) = reference.value.order {

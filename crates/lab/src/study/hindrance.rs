@@ -8,8 +8,8 @@
 //! from the errors of the points where that is more.
 //!
 //! # Reference
-//! Richardson and Zaki (1954), Trans. Inst. Chem. Eng. 32, 35, for the law; a prefactor `k` below one is that of di Felice and Kehlenbeck (2000),
-//! doi:10.1002/1521-4125(200012)23:12<1123::AID-CEAT1123>3.0.CO;2-Y.
+//! Richardson and Zaki (1954), Trans. Inst. Chem. Eng. 32, 35, for the law; di Felice and Kehlenbeck (2000), Chem. Eng. Technol. 23, 1123, for a prefactor
+//! `k` below one.
 
 use turbid_plot::Point;
 

@@ -11,7 +11,7 @@ pub(super) const CASE: Case = Case {
     name: "hard_sphere_gas",
     question: "pair distribution and self-diffusion of a gas of elastic spheres",
     source: STARLING,
-    parts: &[Part::quick(8.0, pairs), Part::full(90.0, diffusion)],
+    parts: &[Part::quick(8.0, pairs), Part::full(120.0, diffusion)],
 };
 
 const STARLING: &str = "Carnahan and Starling (1969), doi:10.1063/1.1672048";

@@ -27,10 +27,9 @@ const PROFILES: [Group; 6] = [
     ("pressure", "pressure", ALONE),
     ("stress by contacts", "contact_stress", TENSOR),
 ];
-const DYNAMICS: [Group; 2] = [
-    ("mean squared displacement", "mean_squared_displacement", VECTOR),
-    ("velocity autocorrelation", "velocity_autocorrelation", VECTOR),
-];
+const DISPLACEMENT: Group = ("mean squared displacement", "mean_squared_displacement", VECTOR);
+const MEMORY: Group = ("velocity autocorrelation", "velocity_autocorrelation", VECTOR);
+const PAIRS: Group = ("pair distribution", "pair_distribution", ALONE);
 const NOTE: &str = "Means over time; bars: standard error.";
 
 /// A curve of each of `values` over an abscissa, in these rows, without those that are zero throughout.
@@ -49,12 +48,12 @@ fn curves(table: &SeriesTable, x: &[f64], rows: &[usize], values: &[(&SeriesColu
     values.iter().filter_map(curve).collect()
 }
 
-/// Adds a figure of each group of columns over an abscissa.
+/// Adds a figure of each group of columns over an abscissa, both axes of which may be logarithmic.
 fn groups(
     section: &mut Section,
     table: &SeriesTable,
     rows: &[usize],
-    (x, label): (&str, &str),
+    (x, label, logarithmic): (&str, &str, bool),
     groups: &[Group],
     (prefix, what): (&str, &str),
 ) {
@@ -72,8 +71,8 @@ fn groups(
         let of = if what.is_empty() { String::new() } else { format!(" {what}") };
         let mut chart = Chart::new(
             format!("{}: {title}{of}", literal(&section.title)),
-            Axis::new(label, false),
-            Axis::new(format!("{title} ({unit})"), false),
+            Axis::new(label, logarithmic),
+            Axis::new(format!("{title} ({unit})"), logarithmic),
             series,
         );
         chart.note = NOTE.to_string();
@@ -93,14 +92,17 @@ pub(super) fn profiles(section: &mut Section, means: &SeriesTable, axes: &[[Stri
         let unknown = || ["position (m)".to_string(), format!("in profile {number}")];
         let [axis, what] = axes.get(number).cloned().unwrap_or_else(unknown);
         let prefix = format!("profile_{number}_");
-        groups(section, means, &rows, ("position", &axis), &PROFILES, (&prefix, &what));
+        groups(section, means, &rows, ("position", &axis, false), &PROFILES, (&prefix, &what));
     }
 }
 
 /// Adds the figures of displacements and of the memory of velocities.
 pub(super) fn dynamics(section: &mut Section, means: &SeriesTable) {
     let rows: Vec<usize> = (0..means.get("lag").map_or(0, <[f64]>::len)).collect();
-    groups(section, means, &rows, ("lag", "time lag (s)"), &DYNAMICS, ("", ""));
+    // The first is the origin, which a logarithmic axis has not.
+    let later = rows.get(1..).unwrap_or_default();
+    groups(section, means, later, ("lag", "time lag (s)", true), &[DISPLACEMENT], ("", ""));
+    groups(section, means, &rows, ("lag", "time lag (s)", false), &[MEMORY], ("", ""));
 }
 
 /// Adds the figure of the distribution of contact forces.
@@ -130,8 +132,7 @@ pub(super) fn forces(section: &mut Section, means: &SeriesTable) {
 pub(super) fn pairs(section: &mut Section, means: &SeriesTable) {
     let (Some(x), Some(pairs)) = (means.get("separation"), means.get("pair_distribution")) else { return };
     let rows: Vec<usize> = (0..x.len()).collect();
-    const TITLE: Group = ("pair distribution", "pair_distribution", ALONE);
-    groups(section, means, &rows, ("separation", "distance of the centres (m)"), &[TITLE], ("", ""));
+    groups(section, means, &rows, ("separation", "distance of the centres (m)", false), &[PAIRS], ("", ""));
     let Some(peak) = rows.into_iter().max_by(|&a, &b| pairs[a].total_cmp(&pairs[b])) else { return };
     let value = |sector: usize, of: &str| {
         Some(means.get(&format!("pair_distribution_at_{}{of}", angle(sector)))?[peak])
