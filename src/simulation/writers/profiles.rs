@@ -1,6 +1,6 @@
 //! Profiles of particles and fluid along axes of the box, or over rings about one: sums over bins, for which nothing is gathered.
 //!
-//! Bodies are cut exactly at the ends of bins along an axis. Over rings each body counts by the points of a lattice in it, some 500, of equal
+//! Bodies are cut exactly at the ends of bins along an axis. Over rings each body counts by 512 points in it, of equal
 //! volume, and a cell by its middle.
 
 use super::table::Table;
@@ -21,6 +21,9 @@ use std::f64::consts::PI;
 const NAME: &str = "profiles";
 /// Cosine of the angle to an axis up to which particles settle along it.
 const ALONG: f64 = 0.999;
+/// Points in a body, and in its bounds at most.
+const POINTS: usize = 512;
+const TRIES: u32 = 1 << 17;
 // Sums of a bin: volume of the bodies, velocity, its products, angular velocity, stress of contacts, then the number in each section.
 const VELOCITY: usize = 1;
 const PRODUCTS: usize = 4;
@@ -246,18 +249,21 @@ fn turned_tensor(axes: &Mat3, of: &[f64; 6]) -> [f64; 6] {
     PAIRS.map(|(i, j)| tensor[(i, j)])
 }
 
-/// The points of a cubic lattice in a body, in its frame.
+/// Points that fill a body evenly, in its frame: of the sequence with the powers of `1 / p`, `p^4 = p + 1`, in its bounds, those inside. Unlike a
+/// lattice it lies along no axis.
+///
+/// # Reference
+/// Roberts (2018), The unreasonable effectiveness of quasirandom sequences.
 fn points_in(shape: &dyn Shape) -> Vec<Vec3> {
+    const RATIO: f64 = 1.220_744_084_605_759_5;
     let (low, high) = shape.bounds(&Quat::identity());
-    let edges = high - low;
-    // Of a body that fills half of its bounds 500 are inside.
-    let step = (edges.product() / 1000.0).cbrt();
-    let counts = edges.map(|edge| (edge / step).ceil().max(1.0) as u32);
-    let at = |n: u32, axis: usize| low[axis] + (f64::from(n) + 0.5) * edges[axis] / f64::from(counts[axis]);
-    let [nx, ny, nz] = counts.into();
-    let all = (0..nz).flat_map(|k| (0..ny).flat_map(move |j| (0..nx).map(move |i| [i, j, k])));
-    let points = all.map(|[i, j, k]| Vec3::new(at(i, 0), at(j, 1), at(k, 2)));
-    points.filter(|point| shape.signed_distance(*point) <= 0.0).collect()
+    let steps = Vec3::new(1.0, 1.0 / RATIO, 1.0 / (RATIO * RATIO)) / RATIO;
+    let point = |n: u32| {
+        let part = (steps * f64::from(n)).map(|x| (0.5 + x).fract());
+        low + part.component_mul(&(high - low))
+    };
+    let inside = (0..TRIES).map(point).filter(|point| shape.signed_distance(*point) <= 0.0);
+    inside.take(POINTS).collect()
 }
 
 /// Means of the profiles of a run from a time (s) on, and the heights of fronts, in tables that `to` gets; nothing where there are no profiles.

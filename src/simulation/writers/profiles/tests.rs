@@ -109,7 +109,7 @@ fn rings_hold_what_is_in_a_sphere_by_its_caps_and_turn_vectors() {
     for (bin, found) in found.iter().enumerate() {
         let [inner, outer] = [0.0, 1.0].map(|more| within(0.3 * (bin as f64 + more)));
         let exact = outer - inner;
-        assert!((found - exact).abs() < 0.03 * within(1.0), "{bin}: {found:e} {exact:e}");
+        assert!((found - exact).abs() < 0.01 * within(1.0), "{bin}: {found:e} {exact:e}");
     }
     assert!((found.iter().sum::<f64>() / within(1.0) - 1.0).abs() < 1e-12);
     // Volumes of the rings fill the cylinder; at 90 degrees radial is y and azimuthal is against x.
