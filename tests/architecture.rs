@@ -35,7 +35,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("builder", "simulation case coupling fluid shape math error"),
     (
         "simulation",
-        "case output engine checkpoint packing coupling fluid dem contact particle wall lattice domain comm device units math timing memory error",
+        "case output engine checkpoint packing coupling fluid dem contact particle shape wall lattice domain comm device units math timing input memory error",
     ),
     (
         "case",

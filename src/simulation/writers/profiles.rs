@@ -50,7 +50,7 @@ pub(super) struct Profiles<'a> {
     last: u64,
 }
 
-/// What tells one profile from another.
+/// Form of a profile: axis, number of bins, rings.
 type Form = (usize, usize, Option<Rings>);
 
 #[derive(Serialize, Deserialize)]

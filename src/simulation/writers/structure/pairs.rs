@@ -16,7 +16,7 @@ pub(super) fn each_pair(
 ) {
     let (size, images) = (domain.size(), domain.images_nearest());
     // Not more cells than centres.
-    let width = reach.max((size.product() / (centres.len() + 1) as f64).cbrt());
+    let width = reach.max(libm::cbrt(size.product() / (centres.len() + 1) as f64));
     let counts = [0, 1, 2].map(|axis| ((size[axis] / width) as usize).max(1));
     let place = |centre: &Vec3| -> [usize; 3] {
         [0, 1, 2].map(|axis| {
