@@ -169,12 +169,14 @@ impl FluidSystem {
     ) -> Result<Self> {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
-        let walls =
-            LatticeWalls::new(&setup.walls, &setup.units()).with_open(&setup.inlets, &setup.pressures);
+        let walls = LatticeWalls::new(&setup.walls, &setup.units())
+            .in_box(&setup.domain)
+            .with_open(&setup.inlets, &setup.pressures);
         let boundary = Boundary {
             motions: &walls.motions(None),
             wall_of: &|cell| walls.wall_of(cell),
             part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+            between: &|cell| walls.between(cell),
         };
         let mut fluid = AnyFluid::new(setup.plan.precision, decomposition, comm, &params, &boundary)?;
         let mut cells = [fluid.fluid_cells() as i64];

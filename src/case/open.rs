@@ -5,7 +5,7 @@ mod patch;
 use super::Setup;
 use super::checks::Document;
 use super::file::{FACES, FaceSection, InletSection, ProfileKind, VariableVector, VectorSection};
-use super::walls::PlacedWall;
+use super::walls::{PlacedWall, bounds_of_mesh};
 use crate::domain::{Domain, Face};
 use crate::error::Result;
 use crate::math::{Patch, Profile, TimeFunction, Vec3};
@@ -227,9 +227,18 @@ fn velocity(
 /// The profile of a flow between the walls round a face.
 fn parabola(document: &Document, domain: &Domain, walls: &[PlacedWall], face: usize) -> Result<Profile> {
     let (normal, size) = (face / 2, domain.size());
-    // A rod across the flow that does not reach the face has no part in the profile there.
+    // A rod across the flow, or a mesh, that does not reach the face has no part in the profile there.
     let end = if face.is_multiple_of(2) { 0.0 } else { size[normal] };
-    let is_behind = |surface: &Surface| matches!(surface, Surface::Cylinder { point, axis, radius, pipe: false } if axis[normal].abs() < 1e-9 && (point[normal] - end).abs() >= *radius);
+    let is_behind = |surface: &Surface| match surface {
+        Surface::Cylinder { point, axis, radius, pipe: false } => {
+            axis[normal].abs() < 1e-9 && (point[normal] - end).abs() >= *radius
+        }
+        Surface::Mesh(placed) => {
+            let [low, high] = bounds_of_mesh(placed).map(|corner| corner[normal]);
+            if face.is_multiple_of(2) { low > end } else { high < end }
+        }
+        _ => false,
+    };
     let listed = walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface);
     let listed: Vec<&Surface> = listed.filter(|surface| !is_behind(surface)).collect();
     match listed[..] {

@@ -11,7 +11,7 @@ use crate::domain::{Domain, Face};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::wall::{Motion, Surface, Wall};
-pub(super) use mesh::refuse_beside_meshes;
+pub(super) use mesh::{bounds as bounds_of_mesh, refuse_beside_meshes};
 
 /// Points in each direction at which the faces of the box are looked at.
 const SAMPLES: usize = 17;
@@ -52,27 +52,25 @@ pub(super) fn walls(
             let title = format!("`{key}` is \"{}\", the name of another wall", placed.wall.name);
             return Err(document.error(&key, &title, "given twice", "every wall needs a name of its own"));
         }
-        if document.case.dry.is_none() && placed.wall.surface.mesh().is_some() {
-            let title = format!("the wall \"{}\" is a mesh, which a fluid cannot have yet", placed.wall.name);
-            let remedy = "meshes are walls of dry runs (`[dry]`); with a fluid take planes, pipes, rods, or fixed bodies";
-            return Err(document.error(&placed.key, &title, "a mesh", remedy));
-        }
         builder.meets_the_box(&placed)?;
         builder.agrees_with_periodic_faces(&placed, reach)?;
         walls.push(placed);
     }
     if document.case.dry.is_none() {
-        for PlacedWall { wall, key, .. } in &walls {
+        for placed in &walls {
+            let PlacedWall { wall, key, .. } = placed;
             check_motion(wall).map_err(|what| {
                 document.error(
                     key,
                     &format!("the wall \"{}\" {what}", wall.name),
                     "a fluid cannot follow this",
                     "with a fluid a plane slides along itself or turns about its normal, a pipe or rod slides along its \
-                     axis and turns about it; dry runs may have any motion. For a piston give the face an inlet with its velocity \
+                     axis and turns about it, and a closed mesh turns about an axis that it goes round, as a drum does; dry runs may have any \
+                     motion. For a piston give the face an inlet with its velocity \
                      instead (docs/limits.md)",
                 )
             })?;
+            notes.extend(mesh::thin_for_cells(document, domain.dx, placed)?);
         }
     }
     Ok(walls)

@@ -61,7 +61,7 @@ pub use spheres::{LatticeSphere, SphereImage, SphereRows};
 use sweep::SweepDevice;
 pub(crate) use walls::SavedMean;
 use walls::Walls;
-pub use walls::{Boundary, HALF_WAY, PartOfLink, WallLoad, WallMotion};
+pub use walls::{Between, Boundary, HALF_WAY, NO_SHEETS, PartOfLink, WallLoad, WallMotion};
 
 /// Storage type of the populations.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
@@ -325,6 +325,7 @@ impl<S: Population> Fluid<S> {
         if self.domain.faces.iter().any(|face| face.sends_to_neighbours()) {
             self.halo.exchange(&mut self.populations, AaPhase::Even);
         }
+        self.walls.begin_sheets(&mut self.populations);
         self.walls.begin_interpolated(&mut self.populations);
     }
 

@@ -19,6 +19,7 @@ mod heap;
 mod hertz;
 mod hindered_settling;
 mod liggghts;
+mod mesh_walls;
 mod net_flux;
 mod open_faces;
 mod oscillating_flow;
@@ -70,6 +71,7 @@ pub const CASES: &[Case] = &[
     taylor_green::CASE,
     channel::CASE,
     round_walls::CASE,
+    mesh_walls::CASE,
     open_faces::CASE,
     cylinder::CASE,
     flow_past_sphere::CASE,

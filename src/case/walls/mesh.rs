@@ -15,6 +15,9 @@ use crate::shape::ShapeError;
 use crate::wall::{FreeSide, PlacedMesh};
 use std::sync::Arc;
 
+/// Most facets at which a thickness is looked for.
+const LOOKED_AT: usize = 2000;
+
 /// Extent of a mesh over that of the box from which on it is taken for one in another unit.
 const LARGEST: f64 = 100.0;
 
@@ -53,7 +56,7 @@ pub(super) fn placed(
 }
 
 /// The box that holds a mesh where it is at the start (m).
-pub(super) fn bounds(placed: &PlacedMesh) -> [Vec3; 2] {
+pub(in crate::case) fn bounds(placed: &PlacedMesh) -> [Vec3; 2] {
     let corners = placed.mesh.vertices().iter().map(|vertex| placed.to_world(vertex));
     bounding_box(corners).into()
 }
@@ -92,6 +95,33 @@ pub(super) fn meets_the_box(document: &Document, domain: &Domain, wall: &PlacedW
         _ => format!("{place}; move it by `position`, or give its `unit`"),
     };
     Err(document.error(&key, &title, "this wall", &remedy))
+}
+
+/// What is to be said of a mesh in a fluid with cells of this edge (m), which takes sheets and what is thinner than a cell as walls half-way
+/// between cells, at rest.
+pub(super) fn thin_for_cells(document: &Document, dx: f64, wall: &PlacedWall) -> Result<Option<String>> {
+    let Some(placed) = wall.wall.surface.mesh() else { return Ok(None) };
+    let (key, name) = (format!("{}.mesh.file", wall.key), &wall.wall.name);
+    let thinnest = match placed.mesh.free() {
+        FreeSide::Outside => placed.mesh.thinnest(LOOKED_AT),
+        FreeSide::Inside => None,
+        FreeSide::Both => Some(0.0),
+    };
+    let Some(thinnest) = thinnest.filter(|width| *width < dx) else { return Ok(None) };
+    let cells = thinnest / dx;
+    if !wall.wall.motion.rests() {
+        let title =
+            format!("the mesh of the wall \"{name}\" turns, and is {cells:.2} cells thin at the narrowest");
+        let remedy =
+            "in a fluid only what is at least a cell thick may turn; refine the lattice, or make it thicker";
+        return Err(document.error(&key, &title, "turns", remedy));
+    }
+    let title = match placed.mesh.free() {
+        FreeSide::Both => format!("the mesh of the wall \"{name}\" is a sheet"),
+        _ => format!("the mesh of the wall \"{name}\" is {cells:.2} cells thin at the narrowest"),
+    };
+    let remedy = "a closed mesh of at least a cell lies in the fluid where it is";
+    Ok(Some(document.warning(&key, &title, "for the fluid half-way between cells", remedy)))
 }
 
 /// True if all corners of the box and its middle are in the wall.

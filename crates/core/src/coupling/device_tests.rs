@@ -8,11 +8,12 @@ use crate::comm::{Comm, on_threads};
 use crate::device::{Device, devices};
 use crate::domain::{Domain, Face};
 use crate::fluid::{Boundary, Collision, FluidParams, Precision, WallMotion};
-use crate::math::Patch;
+use crate::math::{Patch, Quat};
 use crate::particle::Template;
 use crate::shape::composite::tests::dumbbell;
 use crate::shape::{Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Through};
-use crate::wall::Wall;
+use crate::wall::mesh::tests::{placed, plate};
+use crate::wall::{Motion, PlacedMesh, Surface, Wall};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -164,11 +165,7 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
             let mut particle = Particle::at(i as u64, (i % 7) as usize, position);
             particle.velocity = [0.4, -0.3 + 0.05 * f64::from(i), 0.2];
             particle.angular_velocity = [0.3, 0.1 * f64::from(i), -0.2];
-            particle.set_orientation(&crate::math::Quat::from_euler_angles(
-                0.02 * time,
-                0.3 * f64::from(i),
-                0.1,
-            ));
+            particle.set_orientation(&Quat::from_euler_angles(0.02 * time, 0.3 * f64::from(i), 0.1));
             particle
         })
         .collect();
@@ -179,12 +176,22 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
     ParticleStore { templates: templates(), particles, owned, owners }
 }
 
+/// An oblique sheet of facets, through bodies, a periodic face and the upper end.
+fn sheet() -> Wall {
+    let dx = UNITS.dx;
+    let flat = placed(plate([30.0 * dx, 24.0 * dx], [3, 2]), None);
+    let orientation = Quat::from_euler_angles(0.9, -0.6, 0.3);
+    let surface = Surface::Mesh(PlacedMesh { position: Vec3::new(4.3, 2.1, 7.7) * dx, orientation, ..flat });
+    Wall { name: "sheet".into(), surface, motion: Motion::default(), material: 0 }
+}
+
 /// Nine steps of the scene, on the processor or on a device.
 fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&Device>) -> Outcome {
     let mut domain = Domain { faces: Domain::faces(PERIODIC), cells: scene.cells, dx: UNITS.dx };
     domain.faces[4..].copy_from_slice(&scene.ends);
     let decomposition = Decomposition::with_grid(domain, grid);
-    let surfaces: Vec<Wall> = if domain.is_periodic(2) { Vec::new() } else { walls(&domain) };
+    let surfaces: Vec<Wall> =
+        if domain.is_periodic(2) { Vec::new() } else { [walls(&domain), vec![sheet()]].concat() };
     let lattice_walls = LatticeWalls::new(&surfaces, &UNITS);
     let mut motions: Vec<WallMotion> = lattice_walls.motions(None);
     if let Some(wall) = motions.get_mut(1) {
@@ -199,6 +206,7 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
             motions: &motions,
             wall_of: &|cell| lattice_walls.wall_of(cell),
             part_of_link: &|wall, cell, way| lattice_walls.part_of_link(wall, cell, way),
+            between: &|cell| lattice_walls.between(cell),
         };
         let params = FluidParams { collision: scene.collision, ..fluid_for(method) };
         let mut fluid = AnyFluid::new(precision, &decomposition, &comm, &params, &boundary).unwrap();

@@ -28,6 +28,7 @@ fn measured<S: Population>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
             motions: &walls.motions(None),
             wall_of: &|cell| walls.wall_of(cell),
             part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+            between: &|cell| walls.between(cell),
         };
         let store = store(&decomposition, comm.rank(), &three(), 0.6);
         let mut fluid = Fluid::<S>::new(&decomposition, &comm, &fluid_for(solids), &boundary).unwrap();

@@ -1,17 +1,23 @@
 //! Walls as cells of the lattice: cells whose centres are in a wall, and motions in lattice units.
 
+use crate::domain::Domain;
 use crate::fluid::WallMotion;
+use crate::lattice::{C, Q};
 use crate::math::{TimeFunction, Vec3};
 use crate::units::Units;
-use crate::wall::{Inlet, Motion, Surface, Wall};
+use crate::wall::{Inlet, Motion, PlacedMesh, Surface, Wall};
 use std::collections::BTreeMap;
 
 /// Sines of angles and relative lengths below this count as zero.
 const TOLERANCE: f64 = 1e-9;
 
+/// Sine of the angle by which facets may differ from the surface of revolution that a mesh stands for: that of 12 facets round the axis.
+const FACETED: f64 = 0.26;
+
 /// Checks the motion of a wall in contact with fluid: its surface must not move, and the velocity of its material at
-/// a position must change with that of the wall alone. So a plane slides along itself or turns about its normal (not both), and a
-/// cylinder slides along its axis and turns about it.
+/// a position must change with that of the wall alone. So a plane slides along itself or turns about its normal (not both), a
+/// cylinder slides along its axis and turns about it, and a mesh, which stays where it is at the start, turns about an axis that it goes
+/// round, within the angle of [`FACETED`].
 ///
 /// # Errors
 /// The motion that is not possible, as the end of a sentence that begins with the name of the wall.
@@ -21,7 +27,17 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
         |of: &[Vec3], axis: &Vec3| of.iter().all(|a| a.cross(axis).norm() <= TOLERANCE * a.norm());
     let turns = !wall.motion.angular_velocity.is_zero();
     match &wall.surface {
-        Surface::Mesh(_) => Err("is a mesh, which only dry runs have"),
+        Surface::Mesh(placed) => {
+            if !wall.motion.velocity.is_zero() {
+                Err("is a mesh that leaves its place")
+            } else if turns && !placed.mesh.is_closed() {
+                Err("is an open mesh that turns")
+            } else if turns && !w.iter().all(|w| goes_round(placed, &wall.motion.pivot, w)) {
+                Err("turns, and its mesh does not go round the axis")
+            } else {
+                Ok(())
+            }
+        }
         Surface::Plane { normal, .. } => {
             if v.iter().any(|v| v.dot(normal).abs() > TOLERANCE * v.norm()) {
                 Err("moves along its normal")
@@ -46,6 +62,18 @@ pub fn check_motion(wall: &Wall) -> Result<(), &'static str> {
     }
 }
 
+/// True if the velocity of each facet of a mesh that turns is along it, but for [`FACETED`] of the fastest one of the mesh.
+fn goes_round(placed: &PlacedMesh, pivot: &Vec3, angular_velocity: &Vec3) -> bool {
+    let velocity = |at: &Vec3| angular_velocity.cross(&(at - pivot));
+    let facets = 0..placed.mesh.facets().len() as u32;
+    let fastest = facets.clone().flat_map(|facet| placed.corners(facet)).map(|at| velocity(&at).norm());
+    let most = FACETED * fastest.fold(0.0, f64::max);
+    facets.map(|facet| placed.corners(facet)).all(|[a, b, c]| {
+        let normal = (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default();
+        [a, b, c].iter().all(|at| velocity(at).dot(&normal).abs() <= most)
+    })
+}
+
 /// All walls of a case in lattice units.
 #[derive(Clone, Debug)]
 pub struct LatticeWalls {
@@ -56,6 +84,8 @@ pub struct LatticeWalls {
     /// Pressures (Pa) along x of outlets that vary it, by number of the wall.
     pressures: BTreeMap<usize, TimeFunction>,
     units: Units,
+    /// Lengths of the box along which it is periodic (m), 0 along the other axes.
+    periods: Vec3,
 }
 
 impl LatticeWalls {
@@ -72,7 +102,16 @@ impl LatticeWalls {
             inlets: BTreeMap::new(),
             pressures: BTreeMap::new(),
             units: *units,
+            periods: Vec3::zeros(),
         }
+    }
+
+    /// The same walls, of which meshes go on through the periodic faces of a box.
+    #[must_use]
+    pub fn in_box(self, domain: &Domain) -> Self {
+        let size = domain.size();
+        let periods = Vec3::from_fn(|i, _| if domain.is_periodic(i) { size[i] } else { 0.0 });
+        Self { periods, ..self }
     }
 
     /// The same walls, through some of which, given by their numbers, fluid comes in, or leaves at a pressure (Pa, the component along x)
@@ -88,15 +127,73 @@ impl LatticeWalls {
 
     /// The first wall that holds the centre of a cell.
     pub fn wall_of(&self, cell: [i64; 3]) -> Option<usize> {
-        let centre = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.units.dx));
-        self.surfaces.iter().position(|surface| surface.distance(centre) < 0.0)
+        let centre = self.centre(cell);
+        self.surfaces.iter().position(|surface| surface.is_wall(centre))
     }
 
     /// Part of the way from the centre of a cell to that of the next one along a direction at which a wall is met.
     pub fn part_of_link(&self, wall: usize, cell: [i64; 3], direction: [isize; 3]) -> f64 {
-        let from = Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.units.dx));
+        let from = self.centre(cell);
         let way = Vec3::from(direction.map(|c| c as f64 * self.units.dx));
-        self.surfaces[wall].part_of_way(from, from + way)
+        match &self.surfaces[wall] {
+            // Where it is not met, as rounding has it, half-way.
+            Surface::Mesh(placed) => self.meets(placed, from, way).unwrap_or(0.5),
+            surface => surface.part_of_way(from, from + way),
+        }
+    }
+
+    /// Meshes that the links from a cell of fluid to its neighbours meet, by direction of the lattice; none if no mesh is near.
+    pub fn between(&self, cell: [i64; 3]) -> Option<[Option<usize>; Q]> {
+        let (centre, dx) = (self.centre(cell), self.units.dx);
+        let mut all = [None; Q];
+        let mut near = Vec::new();
+        for (wall, surface) in self.surfaces.iter().enumerate() {
+            let Some(placed) = surface.mesh() else { continue };
+            // As long as the longest link; periodic images begin within it of the face.
+            let reach = Vec3::repeat(1.5 * dx);
+            let beside = (0..3).any(|a| {
+                let last = self.periods[a] - dx;
+                self.periods[a] > 0.0 && (centre[a] < dx || centre[a] > last)
+            });
+            let own = placed.to_own(&centre);
+            near.clear();
+            placed.mesh.facets_in(&[own - reach, own + reach], &mut near);
+            if near.is_empty() && !beside {
+                continue;
+            }
+            for (i, met) in all.iter_mut().enumerate().skip(1).filter(|(_, met)| met.is_none()) {
+                let way = Vec3::from(C[i].map(|c| c as f64 * dx));
+                *met = self.meets(placed, centre, way).map(|_| wall);
+            }
+        }
+        all.iter().any(Option::is_some).then_some(all)
+    }
+
+    /// Part of a way (m) from a point in the box at which it meets a mesh; beyond a periodic face also where it comes in again.
+    fn meets(&self, placed: &PlacedMesh, from: Vec3, way: Vec3) -> Option<f64> {
+        let meets = |from: Vec3| {
+            let [from, to] = [from, from + way].map(|at| placed.to_own(&at));
+            placed.mesh.crossing(&from, &to).map(|crossing| crossing.part)
+        };
+        let beyond = |a: usize, _: usize| {
+            let (end, period) = (from[a] + way[a], self.periods[a]);
+            if period == 0.0 {
+                0.0
+            } else if end < 0.0 {
+                period
+            } else if end > period {
+                -period
+            } else {
+                0.0
+            }
+        };
+        let image = Vec3::from_fn(beyond);
+        let here = meets(from);
+        if image == Vec3::zeros() { here } else { here.or_else(|| meets(from + image)) }
+    }
+
+    fn centre(&self, cell: [i64; 3]) -> Vec3 {
+        Vec3::from(cell.map(|n| (n as f64 + 0.5) * self.units.dx))
     }
 
     /// True if one of them changes its motion in time.

@@ -302,6 +302,7 @@ impl<S: Population> DeviceSweep<S> {
         cells: &[u64],
         sums: &mut [[f64; 4]],
     ) -> Done {
+        self.exchange_sheets(phase, populations)?;
         let (queue, [asked, found]) = (&*self.queue, &mut self.asked);
         queue.write(asked, cells)?;
         queue.reserve(found, size_of_val(sums))?;
@@ -317,8 +318,9 @@ impl<S: Population> DeviceSweep<S> {
             let bytes = 8 + (Q - 1) * size_of::<S>() + size_of::<[f64; 4]>();
             queue.launch_over(&self.kernels.departed, &arguments, cells.len(), bytes)?;
         }
+        queue.read(found, sums)?;
         self.transferred += (size_of_val(cells) + size_of_val(sums)) as u64;
-        queue.read(found, sums)
+        self.exchange_sheets(phase, populations)
     }
 
     fn flow_of(&self, words: &[i64; FLOW_WORDS]) -> Flow {

@@ -24,7 +24,8 @@ impl<S: Population> Fluid<S> {
             let cell = self.layout.cell(x as isize, y as isize, z as isize);
             let in_wall = self.walls.of([x, y, z]).is_some();
             for (i, left) in left.iter_mut().enumerate() {
-                *left = if in_wall { S::zeroed() } else { self.populations[self.left(cell, i)] };
+                *left =
+                    if in_wall { S::zeroed() } else { self.populations[self.walls.left(self.left(cell, i))] };
             }
             out.extend_from_slice(bytemuck::cast_slice(&left));
         }
@@ -121,7 +122,7 @@ impl<S: Population> Fluid<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Boundary, Collision, FluidParams, Simd, WallMotion};
+    use super::super::{Boundary, Collision, FluidParams, NO_SHEETS, Simd, WallMotion};
     use super::*;
     use crate::comm::{Comm, on_threads};
     use crate::coupling::sweep_alone;
@@ -168,7 +169,8 @@ mod tests {
         // The wall inside is round, as far as its links know.
         let part_of_link =
             &|_, cell: [i64; 3], _| 0.1 + 0.2 * (cell[0] + cell[1] + cell[2]).rem_euclid(5) as f64;
-        let boundary = Boundary { motions, wall_of: &|cell| wall_of(domain, cell), part_of_link };
+        let boundary =
+            Boundary { motions, wall_of: &|cell| wall_of(domain, cell), part_of_link, between: NO_SHEETS };
         Fluid::new(&cut, comm, &PARAMS, &boundary).unwrap()
     }
 

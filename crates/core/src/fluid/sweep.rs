@@ -172,7 +172,7 @@ impl<S: Population> Fluid<S> {
         let cell = self.layout.cell(x as isize, y as isize, z as isize);
         let mut sum = [0.0; 4];
         for i in 1..Q {
-            let g = self.populations[self.left(cell, i)].wide();
+            let g = self.populations[self.walls.left(self.left(cell, i))].wide();
             for axis in 0..3 {
                 sum[axis] += C[i][axis] as f64 * g;
             }

@@ -41,6 +41,7 @@ use interpolated::Interpolated;
 pub use motion::WallMotion;
 use row_ends::RowEnds;
 pub(crate) use rule::LinkRule;
+use std::collections::HashMap;
 
 /// The walls round and in a box, lattice units.
 pub struct Boundary<'a> {
@@ -52,10 +53,19 @@ pub struct Boundary<'a> {
     /// Part of the way from the centre of a cell, along a direction of the lattice to the centre of a cell of a wall, at which the
     /// surface of that wall is met; not asked beyond closed faces, which are half-way.
     pub part_of_link: PartOfLink<'a>,
+    /// Walls that the links from a cell of fluid to its neighbours meet, by direction of the lattice; none if there are none. Asked for
+    /// links between two cells of fluid, which a sheet or a thin part of a wall lies between.
+    pub between: Between<'a>,
 }
 
 /// [`Boundary::part_of_link`] of a wall, a cell and a direction.
 pub type PartOfLink<'a> = &'a dyn Fn(usize, [i64; 3], [isize; 3]) -> f64;
+
+/// [`Boundary::between`] of a cell.
+pub type Between<'a> = &'a dyn Fn([i64; 3]) -> Option<[Option<usize>; Q]>;
+
+/// [`Boundary::between`] without sheets.
+pub const NO_SHEETS: Between<'static> = &|_| None;
 
 /// [`Boundary::part_of_link`] of walls made of whole cells.
 pub const HALF_WAY: PartOfLink<'static> = &|_, _, _| 0.5;
@@ -63,7 +73,7 @@ pub const HALF_WAY: PartOfLink<'static> = &|_, _, _| 0.5;
 impl Boundary<'_> {
     /// No walls: for a box that is periodic in all directions.
     pub const fn none() -> Self {
-        Boundary { motions: &[], wall_of: &|_| None, part_of_link: HALF_WAY }
+        Boundary { motions: &[], wall_of: &|_| None, part_of_link: HALF_WAY, between: NO_SHEETS }
     }
 }
 
@@ -120,6 +130,8 @@ pub(crate) struct Walls<S: Population> {
     size: [usize; 3],
     /// Corner of the block in the box.
     lo: [usize; 3],
+    /// The two slots of each link of [`LinkRule::TwoSided`], from either to the other: they hold what came back for what was sent from there.
+    exchanged: HashMap<usize, usize>,
     /// In which rows are swept.
     order: RowOrder,
     /// Number of cells of the block in no wall.
@@ -152,6 +164,7 @@ impl<S: Population> Walls<S> {
             rows: Vec::new(),
             size,
             lo: block.lo,
+            exchanged: HashMap::new(),
             order,
             fluid_cells: block.cell_count(),
         };
@@ -187,6 +200,12 @@ impl<S: Population> Walls<S> {
     pub(crate) fn of(&self, [x, y, z]: [usize; 3]) -> Option<&WallMotion> {
         let (_, wall) = self.row(y, z)?.cells.iter().find(|(cells, _)| cells.contains(&x))?;
         Some(&self.motions[usize::from(*wall)])
+    }
+
+    /// Slot of a population that left its cell, which is in this one unless both sides of a sheet have exchanged it.
+    #[inline]
+    pub(crate) fn left(&self, slot: usize) -> usize {
+        if self.exchanged.is_empty() { slot } else { self.exchanged.get(&slot).copied().unwrap_or(slot) }
     }
 
     /// Bounces the links between cells of the block that the sweep of row `(y, z)`, the last so far, has completed; `again` if
@@ -235,6 +254,9 @@ impl<S: Population> Walls<S> {
     /// Sets `far` of every link so that `near`, given in the phase `Even`, is what came back from it.
     pub(crate) fn begin(&self, layout: &Layout, populations: &mut [S]) {
         for run in self.late.iter().chain(self.early.iter().flatten()) {
+            if run.rule == LinkRule::TwoSided {
+                continue;
+            }
             let (far, numbers, each) = (self.far(run), self.numbers_of(run), run.rule.numbers());
             for k in 0..run.count as usize {
                 populations[far + k] = run.rule.sent(populations[run.near + k], &numbers[each * k..]);
@@ -247,17 +269,37 @@ impl<S: Population> Walls<S> {
         }
         self.interpolated.each(|_, [near, far], _, _| populations[far] = populations[near]);
         // What outlets send back depends on all that their cells have sent.
-        let outwards = self.face_runs.iter().flat_map(|run| {
+        for run in &self.face_runs {
             let (i, far) = (usize::from(run.direction), self.far(run));
             let here = run.near + opposite(i) * layout.stride - i * layout.stride;
-            (0..run.count as usize).map(move |k| [here + k, far + k])
-        });
-        self.face_links.begin(populations, outwards);
+            populations.copy_within(here..here + run.count as usize, far);
+        }
+        self.exchange_sides(populations);
+        self.face_links.begin(populations);
     }
 
     /// The same for interpolated links, which change `near`, once what faces send back has crossed to other blocks.
     pub(crate) fn begin_interpolated(&self, populations: &mut [S]) {
         self.interpolated.begin(populations);
+    }
+
+    /// Bounces sheets, once what faces send back has crossed to other blocks: [`begin`](Self::begin) has left what was sent there.
+    pub(crate) fn begin_sheets(&self, populations: &mut [S]) {
+        for run in self.late.iter().chain(self.early.iter().flatten()) {
+            // What came back off other walls at rest is already there.
+            if run.rule == LinkRule::Resting {
+                run.rule.apply(populations, [self.far(run), run.near], run.count as usize, &[]);
+            }
+        }
+        self.exchange_sides(populations);
+    }
+
+    /// Exchanges what was sent to both sides of sheets within the block, and what came back.
+    fn exchange_sides(&self, populations: &mut [S]) {
+        let runs = self.late.iter().chain(self.early.iter().flatten());
+        for run in runs.filter(|run| run.rule == LinkRule::TwoSided) {
+            run.rule.apply(populations, [self.far(run), run.near], run.count as usize, &[]);
+        }
     }
 
     /// All links as a device applies them, a list for each rule: those within the block, then those that wait for the halo exchange.
@@ -303,15 +345,17 @@ impl<S: Population> Walls<S> {
     /// fixed-point numbers; without those of a fluid at rest with density 1.
     pub(crate) fn loads(&self, layout: &Layout, populations: &[S], entered: AaPhase) -> Vec<WallLoad> {
         let mut loads = vec![WallLoad::default(); self.motions.len()];
-        let mut add = |wall: u16, i: usize, cell: [usize; 3], near: usize, far: usize| {
-            let (near, far) = (populations[near].wide(), populations[far].wide());
+        let (wide, signed) =
+            (|slot: usize| populations[slot].wide(), |cell: [usize; 3]| cell.map(|n| n as isize));
+        let mut add = |wall: u16, i: usize, cell: [isize; 3], near: f64, far: f64| {
             let load = &mut loads[usize::from(wall)];
             let [sent, arrived] = ends_of([near, far], entered);
             load.mass += i128::from(to_fixed(arrived - sent));
             let c = C[i].map(|c| c as f64);
             let pivot = self.motions[usize::from(wall)].pivot;
-            let r: [f64; 3] =
-                std::array::from_fn(|a| (cell[a] + self.lo[a]) as f64 + 0.5 * (1.0 - c[a]) - pivot[a]);
+            let r: [f64; 3] = std::array::from_fn(|a| {
+                (cell[a] + self.lo[a] as isize) as f64 + 0.5 * (1.0 - c[a]) - pivot[a]
+            });
             for a in 0..3 {
                 let (b, d) = ((a + 1) % 3, (a + 2) % 3);
                 load.force[a] -= i128::from(to_fixed((near + far) * c[a]));
@@ -320,17 +364,27 @@ impl<S: Population> Walls<S> {
         };
         for run in self.late.iter().chain(self.early.iter().flatten()).chain(&self.face_runs) {
             let (far, i) = (self.far(run), usize::from(run.direction));
-            let [x, y, z] = layout.coordinates(run.near - i * layout.stride);
+            let [x, y, z] = signed(layout.coordinates(run.near - i * layout.stride));
             for k in 0..run.count as usize {
-                add(run.wall, i, [x + k, y, z], run.near + k, far + k);
+                let (cell, [near, far]) =
+                    ([x + k as isize, y, z], [run.near, far].map(|slot| wide(slot + k)));
+                if run.rule == LinkRule::TwoSided {
+                    // What came back to either side is what it had sent.
+                    let [beyond, own] = ends_of([near, far], entered);
+                    add(run.wall, i, cell, own, own);
+                    add(run.wall, opposite(i), std::array::from_fn(|a| cell[a] - C[i][a]), beyond, beyond);
+                } else {
+                    add(run.wall, i, cell, near, far);
+                }
             }
         }
-        self.interpolated
-            .each(|cell, [near, far], i, wall| add(wall, i, layout.coordinates(cell), near, far));
+        self.interpolated.each(|cell, [near, far], i, wall| {
+            add(wall, i, signed(layout.coordinates(cell)), wide(near), wide(far));
+        });
         for ends in &self.ends {
             ends.each(layout, self.size, |link, i, cell, near, far| {
                 if ends.walls[link] != NO_WALL {
-                    add(ends.walls[link], i, cell, near, far);
+                    add(ends.walls[link], i, signed(cell), wide(near), wide(far));
                 }
             });
         }

@@ -204,8 +204,20 @@ impl WallMesh {
             let [a, b, c] = self.corners(facet);
             let (middle, way) =
                 ((a + b + c) / 3.0, self.facets[facet as usize].normal * (sign * 2.0 * reach));
-            let part = self.crossing_but(&middle, &(middle + way), Some(facet))?.part;
-            (way != Vec3::zeros()).then_some(part * way.norm())
+            let (mut from, mut but) = (middle, Some(facet));
+            // Surfaces that overlap are one: not where one of them lies, or the way leaves it, within another.
+            let inner = self.encloses(&(middle + way * 1e-9));
+            if self.encloses(&(middle - way * 1e-9)) == inner {
+                return None;
+            }
+            while let Some(crossing) = self.crossing_but(&from, &(middle + way), but) {
+                let at = from + (middle + way - from) * crossing.part;
+                if self.encloses(&(at + way * 1e-9)) != inner {
+                    return (way != Vec3::zeros()).then(|| (at - middle).norm());
+                }
+                (from, but) = (at, Some(crossing.facet));
+            }
+            None
         };
         let all = (0..samples.min(self.facets.len())).filter_map(across);
         self.is_closed().then(|| all.fold(f64::INFINITY, f64::min))

@@ -357,7 +357,14 @@ impl<S: Population> DeviceSweep<S> {
         }
     }
 
-    pub(super) fn copy(&self, all: &[Copies], populations: &Array) -> Done {
+    /// Exchanges what sheets within the block have between two cells on entering this phase, which exchanges it back the second time.
+    pub(super) fn exchange_sheets(&self, entered: AaPhase, populations: &Array) -> Done {
+        let Exchange { swept, late, .. } = &self.exchange;
+        let links = swept[entered as usize].iter().chain(&late[entered as usize]);
+        self.copy(links.filter(|copies| copies.rule == LinkRule::TwoSided), populations)
+    }
+
+    pub(super) fn copy<'a>(&self, all: impl IntoIterator<Item = &'a Copies>, populations: &Array) -> Done {
         for copies in all {
             let arguments = [
                 Argument::Array(populations),

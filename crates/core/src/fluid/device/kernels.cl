@@ -915,7 +915,7 @@ __kernel WORK_GROUP(TILE) void flow_total(__global const long* flows, const int 
 
 // ---- links ----
 
-// Copies populations by a rule, with the numbers that it has for each link.
+// Copies populations by a rule, with the numbers that it has for each link; exchanges them between two sides.
 __kernel void copy_links(__global Stored* g, __global const ulong* to, __global const ulong* from, const ulong count, const int rule,
                          __global const REAL* numbers) {
     size_t k = get_global_id(0);
@@ -924,6 +924,7 @@ __kernel void copy_links(__global Stored* g, __global const ulong* to, __global 
     switch (rule) {
         case RESTING: break;
         case MOVING: population = SCALED(UNSCALED(population) + numbers[k]); break;
+        case TWO_SIDED: WRITE(g, from[k], READ(g, to[k])); break;
     }
     WRITE(g, to[k], population);
 }

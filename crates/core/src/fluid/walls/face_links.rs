@@ -294,15 +294,8 @@ impl<T: Real> FaceLinks<T> {
     }
 
     /// Sets what cells have sent so that what is there in the phase `Even` came back from it, by free slip; what outlets send back follows
-    /// from what is there. `outwards` has pairs of slots `(x, i)` and `(w, -i)` of all links of faces.
-    pub(super) fn begin<S: Population<Number = T>>(
-        &self,
-        populations: &mut [S],
-        outwards: impl Iterator<Item = [usize; 2]>,
-    ) {
-        for [here, beyond] in outwards {
-            populations[beyond] = populations[here];
-        }
+    /// from what is there.
+    pub(super) fn begin<S: Population<Number = T>>(&self, populations: &mut [S]) {
         let all = || self.stretches.iter();
         for stretch in all().filter(|stretch| stretch.outlet.is_none()) {
             for way in &self.ways[stretch.ways[0]..stretch.ways[1]] {

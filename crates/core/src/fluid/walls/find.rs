@@ -16,6 +16,8 @@ pub(super) struct Map {
     size: [usize; 3],
     lo: [usize; 3],
     walls: Vec<u16>,
+    /// Walls that links of cells of fluid meet, by direction, where there are any.
+    between: BTreeMap<[isize; 3], Box<[u16; Q]>>,
     /// The wall of each closed face of the box.
     pub(super) faces: [u16; 6],
 }
@@ -29,6 +31,19 @@ pub(super) enum Back {
     Neighbour { face: usize, source: [isize; 3], sent: usize },
 }
 
+/// What lies beyond a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Beyond {
+    /// A cell of a wall.
+    Wall,
+    /// A face that sends populations to a neighbour.
+    Face,
+    /// A cell of fluid of the block, on the other side of a sheet.
+    Fluid,
+    /// The same of another block, or the same one beyond its periodic faces.
+    OtherBlock,
+}
+
 impl Map {
     pub(super) fn new(domain: &Domain, block: Block, boundary: &Boundary) -> Result<Self> {
         assert!(boundary.motions.len() < NO_WALL.into());
@@ -36,6 +51,7 @@ impl Map {
         let cells = domain.cells.map(|n| n as i64);
         let cells_with_ghosts = size.iter().map(|n| n + 2).product();
         let mut walls = memory::with_capacity(cells_with_ghosts, "the map of the walls")?;
+        let mut between = BTreeMap::new();
         let [xs, ys, zs]: [_; 3] = std::array::from_fn(|a| block.lo[a] as i64 - 1..block.hi[a] as i64 + 1);
         for z in zs {
             for y in ys.clone() {
@@ -52,6 +68,11 @@ impl Map {
                     assert!(wall.is_some() || !beyond, "{cell:?} lies in a wall");
                     assert!(wall.is_none_or(|wall| wall < boundary.motions.len()));
                     walls.push(wall.map_or(NO_WALL, |wall| wall as u16));
+                    if let (None, Some(met)) = (wall, (boundary.between)(cell)) {
+                        let own = std::array::from_fn(|a| ([x, y, z][a] - block.lo[a] as i64) as isize);
+                        between
+                            .insert(own, Box::new(met.map(|wall| wall.map_or(NO_WALL, |wall| wall as u16))));
+                    }
                 }
             }
         }
@@ -62,7 +83,7 @@ impl Map {
             let wall = if domain.is_periodic(n / 2) { None } else { (boundary.wall_of)(cell) };
             wall.map_or(NO_WALL, |wall| wall as u16)
         });
-        Ok(Self { domain: *domain, size, lo: block.lo, walls, faces })
+        Ok(Self { domain: *domain, size, lo: block.lo, walls, between, faces })
     }
 
     /// Returns true if the block lies at a face of the box.
@@ -104,8 +125,10 @@ impl Map {
             [_] => {
                 (0..3).filter(|&a| a != first / 2).for_each(|a| source[a] -= C[i][a]);
                 let beside = self.at(source[0], source[1], source[2]);
-                if beside != NO_WALL {
-                    return Some(Back::Bounced(beside));
+                let way: [isize; 3] = std::array::from_fn(|a| [x, y, z][a] - source[a]);
+                let sheet = || self.between([x, y, z], C.iter().position(|&c| c == way)?);
+                if let Some(wall) = (beside != NO_WALL).then_some(beside).or_else(sheet) {
+                    return Some(Back::Bounced(wall));
                 }
             }
             _ => {}
@@ -117,6 +140,23 @@ impl Map {
             std::array::from_fn(|a| if mirrors && a == mirror { -C[i][a] } else { C[i][a] });
         let sent = C.iter().position(|&c| c == way).expect("mirrored directions are of the lattice");
         Some(Back::Neighbour { face: first, source, sent })
+    }
+
+    /// The wall that a population meets on its way along direction `i` to a cell of fluid from another one.
+    fn between(&self, [x, y, z]: [isize; 3], i: usize) -> Option<u16> {
+        let [cx, cy, cz] = C[i];
+        let wall = self.between.get(&[x, y, z])?[opposite(i)];
+        let is_fluid = self.at(x - cx, y - cy, z - cz) == NO_WALL;
+        (wall != NO_WALL && is_fluid).then_some(wall)
+    }
+
+    /// True if a cell lies beside an outlet, which asks for all that the cell has sent.
+    fn is_at_outlet(&self, cell: [isize; 3]) -> bool {
+        let (place, cells) = (self.in_box(cell), self.domain.cells);
+        (0..6).any(|face| {
+            let last = if face % 2 == 0 { 0 } else { cells[face / 2] as isize - 1 };
+            place[face / 2] == last && matches!(self.domain.faces[face], Face::Outlet { .. })
+        })
     }
 
     /// The wall of a cell of the block or a ghost.
@@ -138,7 +178,10 @@ impl Map {
         let beyond = |a: usize| {
             !self.domain.is_periodic(a) && !(0..self.domain.cells[a] as isize).contains(&(cell[a] - C[i][a]))
         };
-        if (0..3).any(beyond) || self.at(x + cx, y + cy, z + cz) != NO_WALL {
+        if (0..3).any(beyond)
+            || self.at(x + cx, y + cy, z + cz) != NO_WALL
+            || self.between([x, y, z], opposite(i)).is_some()
+        {
             return None;
         }
         let part = part_of(wall.into(), cell.map(|c| c as i64), C[opposite(i)]);
@@ -202,40 +245,65 @@ impl<S: Population> Walls<S> {
                 // The others are done at the ends of rows.
                 let first = isize::from(closed[0] && cx > 0);
                 let end = nx - isize::from(closed[1] && cx < 0);
-                // First cell, wall, and whether it is beyond the block.
+                // First cell, wall, whether it is beyond the block, and what lies beyond.
                 let link = |x: isize| {
-                    let (wall, passed) = match map.back([x, y, z], i)? {
-                        Back::Bounced(wall) => (wall, false),
-                        Back::Neighbour { face, .. } => (map.faces[face], true),
+                    let late = other.is_none() || !(0..nx).contains(&(x - cx));
+                    let (cell, next) = ([x, y, z], [x - cx, y - cy, z - cz]);
+                    let (wall, beyond) = match map.back(cell, i) {
+                        Some(Back::Bounced(wall)) => (wall, Beyond::Wall),
+                        Some(Back::Neighbour { face, .. }) => (map.faces[face], Beyond::Face),
+                        // Blocks that share a link see one side each; within a block it is one link.
+                        None => match map.between(cell, i)? {
+                            wall if late => (wall, Beyond::OtherBlock),
+                            // What outlets ask for must still be there.
+                            wall if i < opposite(i) => {
+                                let late = map.is_at_outlet(cell) || map.is_at_outlet(next);
+                                return Some((x, wall, late, Beyond::Fluid));
+                            }
+                            _ => return None,
+                        },
                     };
-                    Some((x, wall, other.is_none() || !(0..nx).contains(&(x - cx)), passed))
+                    Some((x, wall, late, beyond))
                 };
                 let mut links: Vec<_> = (first..end).filter_map(link).collect();
-                links.retain(|&(x, ..)| {
+                links.retain(|&(x, _, _, beyond)| {
+                    if matches!(beyond, Beyond::Fluid | Beyond::OtherBlock) {
+                        return true;
+                    }
                     let link = map.interpolated(part_of, [x, y, z], i);
                     link.inspect(|link| interpolated.entry(x).or_default().push(*link)).is_none()
                 });
                 for links in links.chunk_by(|a, b| a.0 + 1 == b.0 && (a.1, a.2, a.3) == (b.1, b.2, b.3)) {
-                    let (x, wall, late, passed) = links[0];
+                    let (x, wall, late, beyond) = links[0];
                     let motion = self.motions[usize::from(wall)];
                     let run = Run {
                         near: i * layout.stride + layout.cell(x, y, z),
                         count: links.len() as u32,
-                        rule: if motion.moves() && !passed { LinkRule::Moving } else { LinkRule::Resting },
+                        rule: match beyond {
+                            Beyond::Wall if motion.moves() => LinkRule::Moving,
+                            Beyond::Fluid => LinkRule::TwoSided,
+                            _ => LinkRule::Resting,
+                        },
                         numbers: self.numbers.len() as u32,
                         wall,
                         direction: i as u8,
                     };
                     if run.rule == LinkRule::Moving {
-                        let of = |link: &(isize, u16, bool, bool)| {
+                        let of = |link: &(isize, u16, bool, Beyond)| {
                             motion.correction::<S::Number>(map.in_box([link.0, y, z]), i, &domain)
                         };
                         self.numbers.extend(links.iter().map(of));
                     }
-                    match (passed, late) {
-                        (true, _) => &mut self.face_runs,
-                        (false, true) => &mut self.late,
-                        (false, false) => &mut self.early[completed],
+                    if beyond == Beyond::Fluid {
+                        let far = self.far(&run);
+                        for k in 0..links.len() {
+                            self.exchanged.extend([(run.near + k, far + k), (far + k, run.near + k)]);
+                        }
+                    }
+                    match (beyond, late) {
+                        (Beyond::Face, _) => &mut self.face_runs,
+                        (_, true) => &mut self.late,
+                        (_, false) => &mut self.early[completed],
                     }
                     .push(run);
                 }

@@ -9,8 +9,12 @@ use std::f64::consts::PI;
 
 /// A box with resting faces in the directions that are not periodic.
 fn vessel<S: Population>(cells: [usize; 3], periodic: [bool; 3], params: &FluidParams) -> Fluid<S> {
-    let boundary =
-        Boundary { motions: &[AT_REST; 6], wall_of: &|cell| face_of(cells, cell), part_of_link: HALF_WAY };
+    let boundary = Boundary {
+        motions: &[AT_REST; 6],
+        wall_of: &|cell| face_of(cells, cell),
+        part_of_link: HALF_WAY,
+        between: NO_SHEETS,
+    };
     solo(domain(cells, periodic), params, &boundary)
 }
 
@@ -121,8 +125,12 @@ fn between_a_sliding_and_a_resting_wall_the_velocity_is_linear_and_the_stress_on
     let (cells, speed, h) = ([5, 4, 12], 0.03, 12.0);
     for (tau, collision) in [(0.55, Collision::Bgk), (0.8, MAGIC), (1.5, MAGIC)] {
         let motions = [AT_REST, sliding([0.6 * speed, -0.8 * speed, 0.0])];
-        let boundary =
-            Boundary { motions: &motions, wall_of: &|cell| face_of(cells, cell), part_of_link: HALF_WAY };
+        let boundary = Boundary {
+            motions: &motions,
+            wall_of: &|cell| face_of(cells, cell),
+            part_of_link: HALF_WAY,
+            between: NO_SHEETS,
+        };
         let mut fluid = solo::<f64>(domain(cells, [true, true, false]), &params(tau, collision), &boundary);
         let viscosity = (tau - 0.5) / 3.0;
         for _ in 0..(30.0 * h * h / (PI * PI * viscosity)) as usize {
@@ -160,6 +168,7 @@ fn a_turning_plate_carries_the_fluid_round_with_it() {
             face_of(cells, cell).or((r[0] * r[0] + r[1] * r[1] > 11.0 * 11.0).then_some(6))
         },
         part_of_link: HALF_WAY,
+        between: NO_SHEETS,
     };
     let mut fluid = solo::<f64>(domain(cells, [false; 3]), &params(0.8, MAGIC), &boundary);
     for _ in 0..4000 {
@@ -200,6 +209,7 @@ fn cylinder_errors(r1: f64, r2: f64, tau: f64) -> [f64; 2] {
             let from = [0, 1].map(|a| cell[a] as f64 + 0.5 - centre);
             to_circle(from, [way[0] as f64, way[1] as f64], [r1, r2][wall], wall == 1)
         },
+        between: NO_SHEETS,
     };
     let mut fluid = solo::<f64>(domain(cells, [true; 3]), &params(tau, MAGIC), &boundary);
     let (viscosity, gap) = ((tau - 0.5) / 3.0, r2 - r1);
@@ -248,6 +258,7 @@ fn pipe_flow(diameter: f64, off: [f64; 2], tau: f64, magic: f64) -> f64 {
             (x.hypot(y) > radius).then_some(0)
         },
         part_of_link: &|_, cell, way| to_circle(from(cell), [way[0] as f64, way[1] as f64], radius, true),
+        between: NO_SHEETS,
     };
     let params = params(tau, Collision::Trt { magic });
     let mut fluid = solo::<f64>(domain(cells, [true; 3]), &params, &boundary);
@@ -295,6 +306,7 @@ fn a_closed_box_keeps_its_mass_to_round_off() {
             },
             // Of the lump; faces are half-way.
             part_of_link: &|_, cell, _| 0.05 + 0.3 * cell.iter().sum::<i64>().rem_euclid(4) as f64,
+            between: NO_SHEETS,
         };
         let mut fluid = solo::<f64>(domain(cells, [false; 3]), &params(0.6, MAGIC), &boundary);
         let mass = |fluid: &Fluid<f64>| -> f64 {

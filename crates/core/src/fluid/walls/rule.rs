@@ -13,17 +13,20 @@ pub(crate) enum LinkRule {
     Resting,
     /// Off a moving wall: what was sent, and the number of the link, `6 w_i c_i . u_w`.
     Moving,
+    /// Half-way bounce-back off both sides of a sheet at rest between two cells of fluid: what both have sent.
+    TwoSided,
 }
 
 impl LinkRule {
     /// All rules, in the order of their numbers.
-    pub(crate) const ALL: [Self; 2] = [Self::Resting, Self::Moving];
+    pub(crate) const ALL: [Self; 3] = [Self::Resting, Self::Moving, Self::TwoSided];
 
     /// Name in the kernels of a device.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Resting => "RESTING",
             Self::Moving => "MOVING",
+            Self::TwoSided => "TWO_SIDED",
         }
     }
 
@@ -31,7 +34,7 @@ impl LinkRule {
     #[inline(always)]
     pub(crate) fn numbers(self) -> usize {
         match self {
-            Self::Resting => 0,
+            Self::Resting | Self::TwoSided => 0,
             Self::Moving => 1,
         }
     }
@@ -57,13 +60,14 @@ impl LinkRule {
                     populations[to + k] = S::round(populations[from + k].read() + number);
                 }
             }
+            Self::TwoSided => (0..count).for_each(|k| populations.swap(from + k, to + k)),
         }
     }
 
     /// Population that was sent along a link with its numbers, if this came back.
     pub(super) fn sent<S: Population>(self, returned: S, numbers: &[S::Number]) -> S {
         match self {
-            Self::Resting => returned,
+            Self::Resting | Self::TwoSided => returned,
             Self::Moving => S::round(returned.read() - numbers[0]),
         }
     }

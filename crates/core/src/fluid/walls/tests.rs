@@ -63,6 +63,20 @@ fn disturbed([x, y, z]: [usize; 3]) -> (f64, [f64; 3]) {
     (1.0 + 0.01 * wave(x, z), [0.03 * wave(y, z), 0.02 * wave(z, x), 0.03 * wave(x, y)])
 }
 
+/// An oblique sheet between cells, from face to face.
+pub(super) fn oblique_sheet(domain: &Domain, cell: [i64; 3], wall: usize) -> Option<[Option<usize>; Q]> {
+    let behind = |cell: [i64; 3]| {
+        let [x, y, z]: [i64; 3] = std::array::from_fn(|a| {
+            let cells = domain.cells[a] as i64;
+            if domain.is_periodic(a) { cell[a].rem_euclid(cells) } else { cell[a] }
+        });
+        5 * x + 7 * y - 3 * z > 60 && y < 12
+    };
+    let next = |i: usize| std::array::from_fn(|a| cell[a] + C[i][a] as i64);
+    let met = std::array::from_fn(|i| (behind(next(i)) != behind(cell)).then_some(wall));
+    met.iter().any(Option::is_some).then_some(met)
+}
+
 /// A case without any symmetry: closed faces that slide and turn, and an oblique lump of wall, wall number 6, with a
 /// cube of solid that reaches into it.
 struct Tangle {
@@ -120,9 +134,15 @@ impl Tangle {
         if wall == 6 { 0.01 + 0.98 * (number % 97) as f64 / 97.0 } else { 0.5 }
     }
 
+    /// An oblique sheet, the wall number 4, through the lump and all faces.
+    fn between(&self, cell: [i64; 3]) -> Option<[Option<usize>; Q]> {
+        if self.lump { oblique_sheet(&self.domain, cell, 4) } else { None }
+    }
+
     fn with_boundary<T>(&self, with: impl FnOnce(&Boundary) -> T) -> T {
         let wall_of = &|cell| self.wall_of(cell);
-        with(&Boundary { motions: &self.motions, wall_of, part_of_link: &Self::part_of_link })
+        let between = &|cell| self.between(cell);
+        with(&Boundary { motions: &self.motions, wall_of, part_of_link: &Self::part_of_link, between })
     }
 
     /// Hash, wall forces, momentum, solid fraction after some steps.
@@ -254,6 +274,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                     if periodic[k] { there.rem_euclid(cells[k] as i64) } else { there }
                 })
             };
+            let sheet_beyond = |c: [usize; 3], i: usize| tangle.between(c.map(|c| c as i64))?[i];
             for &c in &all {
                 let mut gained = 0.0;
                 for i in 0..Q {
@@ -264,7 +285,7 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                         let cu: f64 = (0..3).map(|k| C[i][k] as f64 * u[k]).sum();
                         let (out, mut back) = (collided[index(c)][opposite(i)], 6.0 * W[i] * cu);
                         let q = Tangle::part_of_link(wall, c.map(|c| c as i64), C[opposite(i)]);
-                        if wall == 6 && tangle.wall_of(next).is_none() {
+                        if wall == 6 && tangle.wall_of(next).is_none() && sheet_beyond(c, i).is_none() {
                             // The closure a f'_-i + b f_-i + c f'_i with c = 1 - a - b.
                             let left = collided[index(c)][i];
                             let arrived = collided[index(next.map(|c| c as usize))][opposite(i)];
@@ -284,6 +305,17 @@ fn the_in_place_kernel_between_moving_walls_agrees_with_a_plain_two_lattice_code
                             torques[wall][k] += r[l] * force[m] - r[m] * force[l];
                         }
                         out + back
+                    } else if let Some(wall) = sheet_beyond(c, opposite(i)) {
+                        let out = collided[index(c)][opposite(i)];
+                        for k in 0..3 {
+                            let (l, m) = ((k + 1) % 3, (k + 2) % 3);
+                            let r: [f64; 3] = std::array::from_fn(|k| {
+                                c[k] as f64 + 0.5 - 0.5 * C[i][k] as f64 - tangle.motions[wall].pivot[k]
+                            });
+                            forces[wall][k] -= 2.0 * out * C[i][k] as f64;
+                            torques[wall][k] -= 2.0 * out * (r[l] * C[i][m] as f64 - r[m] * C[i][l] as f64);
+                        }
+                        out
                     } else {
                         collided[index(from.map(|c| c as usize))][i]
                     };

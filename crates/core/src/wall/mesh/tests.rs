@@ -74,6 +74,17 @@ fn random() -> ChaCha8Rng {
 const EDGES: Vec3 = Vec3::new(1.0, 2.0, 0.5);
 
 #[test]
+fn surfaces_that_overlap_are_as_wide_as_what_they_cover_together() {
+    let (mut vertices, mut facets) = cuboid(Vec3::repeat(1.0));
+    let (others, count) = (vertices.clone(), vertices.len() as u32);
+    vertices.extend(others.iter().map(|at| at + Vec3::new(0.9, 0.05, 0.05)));
+    facets.extend(facets.clone().iter().map(|facet| facet.map(|k| k + count)));
+    let mesh = WallMesh::new(vertices, facets, Some(FreeSide::Outside)).unwrap();
+    let thinnest = mesh.thinnest(100).unwrap();
+    assert!((thinnest - 1.0).abs() < 1e-12, "{thinnest}");
+}
+
+#[test]
 fn a_box_of_facets_turned_at_random_has_the_distances_of_a_cuboid_from_outside_and_inside() {
     let mut random = random();
     let exact = Cuboid::new(EDGES).unwrap();

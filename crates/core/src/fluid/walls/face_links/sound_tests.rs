@@ -25,8 +25,12 @@ fn between(
     faces[2 * next..2 * next + 2].fill(sides);
     let mut motions = [AT_REST; 6];
     motions[[4, 2, 0][axis]].velocity[axis] = velocity;
-    let boundary =
-        Boundary { motions: &motions, wall_of: &|cell| face_of(cells, cell), part_of_link: HALF_WAY };
+    let boundary = Boundary {
+        motions: &motions,
+        wall_of: &|cell| face_of(cells, cell),
+        part_of_link: HALF_WAY,
+        between: NO_SHEETS,
+    };
     solo(Domain { cells, faces, dx: 1.0 }, &params(0.6, MAGIC), &boundary)
 }
 

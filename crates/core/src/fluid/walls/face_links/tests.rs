@@ -1,4 +1,4 @@
-use super::super::tests::{AT_REST, MAGIC, face_of, params, step};
+use super::super::tests::{AT_REST, MAGIC, face_of, oblique_sheet, params, step};
 use super::super::*;
 use crate::comm::{Comm, on_threads};
 use crate::domain::Decomposition;
@@ -75,7 +75,10 @@ impl Open {
         let params = FluidParams { simd, ..params(0.6, collision) };
         let part_of_link = &|_, cell: [i64; 3], _| 0.1 + 0.2 * (cell[0] + cell[1]).rem_euclid(5) as f64;
         let wall_of = &|cell| self.wall_of(cell);
-        let boundary = Boundary { motions: &self.motions, wall_of, part_of_link };
+        // Beside a lump also a sheet.
+        let has_sheet = self.lump != [[0; 2]; 3];
+        let between = &|cell| if has_sheet { oblique_sheet(&self.domain, cell, 6) } else { None };
+        let boundary = Boundary { motions: &self.motions, wall_of, part_of_link, between };
         let mut fluid = Fluid::new(decomposition, comm, &params, &boundary).unwrap();
         fluid.set_equilibrium(disturbed);
         fluid
@@ -147,6 +150,7 @@ fn a_box_that_ends_at_a_plane_of_symmetry_has_the_flow_of_the_whole_one() {
                     motions: &of.motions,
                     wall_of: &|cell| of.wall_of(cell),
                     part_of_link: HALF_WAY,
+                    between: NO_SHEETS,
                 };
                 let params = params(0.6, MAGIC);
                 let mut fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &boundary).unwrap();
