@@ -206,6 +206,7 @@ fn measure(row: &Row) -> Outcome {
         motions: &walls.motions(None),
         wall_of: &|cell| walls.wall_of(cell),
         part_of_link: &|wall, cell, way| walls.part_of_link(wall, cell, way),
+        between: &|cell| walls.between(cell),
     };
     let params = FluidParams {
         relaxation_time: row.tau,

@@ -23,7 +23,6 @@ mod mesh_walls;
 mod net_flux;
 mod open_faces;
 mod oscillating_flow;
-mod packed_bed;
 mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
@@ -78,7 +77,6 @@ pub const CASES: &[Case] = &[
     fluidised_bed::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
-    packed_bed::CASE,
     net_flux::CASE,
     periodic_settling::CASE,
     rising_sphere::CASE,

@@ -97,7 +97,7 @@ pub(super) fn meets_the_box(document: &Document, domain: &Domain, wall: &PlacedW
     Err(document.error(&key, &title, "this wall", &remedy))
 }
 
-/// What is to be said of a mesh in a fluid with cells of this edge (m), which takes sheets and what is thinner than a cell as walls half-way
+/// Note on a mesh in a fluid with cells of this edge (m), which takes sheets and what is thinner than a cell as walls half-way
 /// between cells, at rest.
 pub(super) fn thin_for_cells(document: &Document, dx: f64, wall: &PlacedWall) -> Result<Option<String>> {
     let Some(placed) = wall.wall.surface.mesh() else { return Ok(None) };

@@ -84,8 +84,8 @@ pub struct LatticeWalls {
     /// Pressures (Pa) along x of outlets that vary it, by number of the wall.
     pressures: BTreeMap<usize, TimeFunction>,
     units: Units,
-    /// Lengths of the box along which it is periodic (m), 0 along the other axes.
-    periods: Vec3,
+    /// Cells of the box along which it is periodic, 0 along the other axes.
+    periods: [i64; 3],
 }
 
 impl LatticeWalls {
@@ -102,15 +102,15 @@ impl LatticeWalls {
             inlets: BTreeMap::new(),
             pressures: BTreeMap::new(),
             units: *units,
-            periods: Vec3::zeros(),
+            periods: [0; 3],
         }
     }
 
     /// The same walls, of which meshes go on through the periodic faces of a box.
     #[must_use]
     pub fn in_box(self, domain: &Domain) -> Self {
-        let size = domain.size();
-        let periods = Vec3::from_fn(|i, _| if domain.is_periodic(i) { size[i] } else { 0.0 });
+        let cells = |a: usize| if domain.is_periodic(a) { domain.cells[a] as i64 } else { 0 };
+        let periods = std::array::from_fn(cells);
         Self { periods, ..self }
     }
 
@@ -133,63 +133,56 @@ impl LatticeWalls {
 
     /// Part of the way from the centre of a cell to that of the next one along a direction at which a wall is met.
     pub fn part_of_link(&self, wall: usize, cell: [i64; 3], direction: [isize; 3]) -> f64 {
-        let from = self.centre(cell);
-        let way = Vec3::from(direction.map(|c| c as f64 * self.units.dx));
         match &self.surfaces[wall] {
             // Where it is not met, as rounding has it, half-way.
-            Surface::Mesh(placed) => self.meets(placed, from, way).unwrap_or(0.5),
-            surface => surface.part_of_way(from, from + way),
+            Surface::Mesh(placed) => self.meets(placed, cell, direction).unwrap_or(0.5),
+            surface => {
+                let from = self.centre(cell);
+                surface.part_of_way(from, from + Vec3::from(direction.map(|c| c as f64 * self.units.dx)))
+            }
         }
     }
 
     /// Meshes that the links from a cell of fluid to its neighbours meet, by direction of the lattice; none if no mesh is near.
     pub fn between(&self, cell: [i64; 3]) -> Option<[Option<usize>; Q]> {
-        let (centre, dx) = (self.centre(cell), self.units.dx);
+        let centre = self.centre(cell);
         let mut all = [None; Q];
         let mut near = Vec::new();
+        // The links of the cells at periodic faces may meet a mesh where they come in again.
+        let beside = (0..3).any(|a| self.periods[a] > 0 && (cell[a] == 0 || cell[a] == self.periods[a] - 1));
         for (wall, surface) in self.surfaces.iter().enumerate() {
             let Some(placed) = surface.mesh() else { continue };
-            // As long as the longest link; periodic images begin within it of the face.
-            let reach = Vec3::repeat(1.5 * dx);
-            let beside = (0..3).any(|a| {
-                let last = self.periods[a] - dx;
-                self.periods[a] > 0.0 && (centre[a] < dx || centre[a] > last)
-            });
-            let own = placed.to_own(&centre);
+            // More than the longest link.
+            let (own, reach) = (placed.to_own(&centre), Vec3::repeat(1.5 * self.units.dx));
             near.clear();
             placed.mesh.facets_in(&[own - reach, own + reach], &mut near);
             if near.is_empty() && !beside {
                 continue;
             }
             for (i, met) in all.iter_mut().enumerate().skip(1).filter(|(_, met)| met.is_none()) {
-                let way = Vec3::from(C[i].map(|c| c as f64 * dx));
-                *met = self.meets(placed, centre, way).map(|_| wall);
+                *met = self.meets(placed, cell, C[i]).map(|_| wall);
             }
         }
         all.iter().any(Option::is_some).then_some(all)
     }
 
-    /// Part of a way (m) from a point in the box at which it meets a mesh; beyond a periodic face also where it comes in again.
-    fn meets(&self, placed: &PlacedMesh, from: Vec3, way: Vec3) -> Option<f64> {
-        let meets = |from: Vec3| {
-            let [from, to] = [from, from + way].map(|at| placed.to_own(&at));
+    /// Part of the link from a cell of the box along a direction at which it meets a mesh; beyond a periodic face also where it comes in again. The
+    /// same from both ends.
+    fn meets(&self, placed: &PlacedMesh, cell: [i64; 3], direction: [isize; 3]) -> Option<f64> {
+        let next: [i64; 3] = std::array::from_fn(|a| cell[a] + direction[a] as i64);
+        let meets = |shift: [i64; 3]| {
+            let [from, to] = [cell, next]
+                .map(|cell| placed.to_own(&self.centre(std::array::from_fn(|a| cell[a] + shift[a]))));
             placed.mesh.crossing(&from, &to).map(|crossing| crossing.part)
         };
-        let beyond = |a: usize, _: usize| {
-            let (end, period) = (from[a] + way[a], self.periods[a]);
-            if period == 0.0 {
-                0.0
-            } else if end < 0.0 {
-                period
-            } else if end > period {
-                -period
-            } else {
-                0.0
-            }
-        };
-        let image = Vec3::from_fn(beyond);
-        let here = meets(from);
-        if image == Vec3::zeros() { here } else { here.or_else(|| meets(from + image)) }
+        let image = std::array::from_fn(|a| match self.periods[a] {
+            0 => 0,
+            period if next[a] < 0 => period,
+            period if next[a] >= period => -period,
+            _ => 0,
+        });
+        let here = meets([0; 3]);
+        if image == [0; 3] { here } else { here.or_else(|| meets(image)) }
     }
 
     fn centre(&self, cell: [i64; 3]) -> Vec3 {

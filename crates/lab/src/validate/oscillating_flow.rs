@@ -63,7 +63,7 @@ fn harmonic(values: &[(f64, f64)], omega: f64) -> C {
 
 /// The profile over a period, after the transient, against the exact one, at a ratio of half the distance to the depth `sqrt(nu / w)`.
 fn between_plates(context: &SuiteContext, found: &mut Findings, drive: Drive, ratio: f64) -> Result<()> {
-    // So many steps in a period that sound between the outlets takes nothing of it.
+    // Sound crosses the few cells between the outlets in a small part of a period of many steps.
     let tau = if drive == Drive::Pressure { 0.55 } else { 0.8 };
     let tau = format!("lattice.relaxation_time={tau}");
     let plain = context.setup(PLATES, CASE.name, std::slice::from_ref(&tau))?;

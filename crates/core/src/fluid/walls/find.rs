@@ -31,7 +31,7 @@ pub(super) enum Back {
     Neighbour { face: usize, source: [isize; 3], sent: usize },
 }
 
-/// What lies beyond a link.
+/// Place beyond a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Beyond {
     /// A cell of a wall.
