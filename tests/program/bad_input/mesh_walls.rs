@@ -87,10 +87,20 @@ fn mesh_walls_in_the_wrong_place_unit_or_run_are_refused() {
     );
     let good = place(&[], HOPPER).well(&["check", "case.toml"]);
     assert!(good.contains("open mesh of 128 facets, a sheet of"), "{good}");
-    let wall = "[[walls]]\nname = \"funnel\"\nmesh = { file = \"../cases/hopper.stl\" }\n\n[run]";
-    let wet = Place::new(&changed(SPHERES, &[("[run]", &wall.replace("../cases/hopper", "funnel"))]));
-    wet.write("funnel.stl", HOPPER);
-    wet.refused(&["check", "case.toml"], &["\"funnel\" is a mesh", "`[dry]`"]);
+    let wall = |motion: &str| {
+        let mesh = "mesh = { file = \"funnel.stl\", unit = 2e-5, position = [3e-3, 3e-3, 2.5e-3] }";
+        format!("[[walls]]\nname = \"funnel\"\n{mesh}\n{motion}\n\n[run]")
+    };
+    let wet = |motion: &str| {
+        let wet = Place::new(&changed(SPHERES, &[("[run]", &wall(motion))]));
+        wet.write("funnel.stl", HOPPER);
+        wet
+    };
+    let leaves = &["\"funnel\" is a mesh that leaves its place", "dry runs may have any"];
+    wet("velocity = [0, 0, 1e-3]").refused(&["check", "case.toml"], leaves);
+    wet("angular_velocity = [0, 0, 1]")
+        .refused(&["check", "case.toml"], &["\"funnel\" is an open mesh that turns"]);
+    wet("").well(&["check", "case.toml"]);
 }
 
 #[test]

@@ -117,7 +117,9 @@ impl WallMesh {
             topology::turn_outwards(&mut facets, &vertices, &edges, &tree);
         }
         if free == FreeSide::Inside {
-            facets.iter_mut().for_each(|[_, b, c]| std::mem::swap(b, c));
+            for [_, b, c] in &mut facets {
+                std::mem::swap(b, c);
+            }
         }
         // The numbers of edges follow the order of the corners.
         let edges = Edges::new(&facets);

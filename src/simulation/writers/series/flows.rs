@@ -46,7 +46,7 @@ impl Plates {
         let turns = |wall: &Wall| !wall.motion.angular_velocity.is_zero();
         let passes = second.motion.velocity.constant()? - first.motion.velocity.constant()?;
         let along = passes.try_normalize(0.0)?;
-        let gap = (b - a).dot(&up);
+        let gap = (b - a).dot(up);
         let parallel = (up + down).norm() < 1e-9 && gap > 0.0;
         let fluid = setup.fluid.as_ref()?;
         let rate = passes.norm() / gap;

@@ -75,7 +75,9 @@ fn spheres_and_cubes_move_on_a_plate_of_facets_as_on_a_plane() {
             floors.map(|floor| alone(BOX, contact.clone(), vec![floor], GRAVITY, templates.clone(), &[body]));
         let mut facets = std::collections::BTreeSet::new();
         for _ in 0..5000 {
-            engines.iter_mut().for_each(|engine| run(engine, 1, 1e-5));
+            for engine in &mut engines {
+                run(engine, 1, 1e-5);
+            }
             facets.extend(engines[1].contact_states().iter().map(|state| state.parts[1]));
         }
         let [plane, mesh] = [0, 1].map(|n| engines[n].particles().particles[0]);

@@ -87,7 +87,7 @@ impl WallMesh {
             }
             let [a, b, c] = self.corners(facet).each_ref().map(exact);
             let [near, far] = [start, end].map(|at| orient3d(a, b, c, at));
-            if near > 0.0 && far > 0.0 || near < 0.0 && far < 0.0 || near == far {
+            if near > 0.0 && far > 0.0 || near < 0.0 && far < 0.0 || (near - far).abs() == 0.0 {
                 return;
             }
             let around = [(a, b), (b, c), (c, a)].map(|(a, b)| orient3d(start, end, a, b));
@@ -96,7 +96,7 @@ impl WallMesh {
             }
             let part = near / (near - far);
             let is_first =
-                first.is_none_or(|known| part < known.part || part == known.part && facet < known.facet);
+                first.is_none_or(|known| part.total_cmp(&known.part).then(facet.cmp(&known.facet)).is_lt());
             if is_first {
                 first = Some(Crossing { part, facet });
             }

@@ -19,7 +19,7 @@ pub(crate) fn plate(edges: [f64; 2], [n, m]: [u32; 2]) -> Parts {
     let square = |i: u32, j: u32| {
         let [a, b, c, d] = [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| number(i + x, j + y));
         // Diagonals either way.
-        if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
+        if (i + j).is_multiple_of(2) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] }
     };
     (vertices, (0..m).flat_map(|j| (0..n).flat_map(move |i| square(i, j))).collect())
 }
@@ -112,7 +112,9 @@ fn a_box_of_facets_turned_at_random_has_the_distances_of_a_cuboid_from_outside_a
 #[test]
 fn a_box_within_a_box_is_a_cavity_and_one_across_another_adds_to_it() {
     let moved = |(mut vertices, facets): Parts, by: f64| {
-        vertices.iter_mut().for_each(|vertex| *vertex += Vec3::repeat(by));
+        for vertex in &mut vertices {
+            *vertex += Vec3::repeat(by);
+        }
         (vertices, facets)
     };
     let cube = |edge: f64| cuboid(Vec3::repeat(edge));
@@ -155,7 +157,10 @@ fn no_segment_from_one_side_of_a_plate_to_the_other_passes_an_edge_or_a_corner_u
         for way in [Vec3::z(), Vec3::new(0.1, 0.3, 1.0), Vec3::new(-0.7, 0.0, 1.0), -Vec3::z()] {
             let crossing = mesh.crossing(&(at - way * 0.25), &(at + way * 0.75));
             let part = crossing.map_or(f64::NAN, |crossing| crossing.part);
-            assert!((part - 0.25).abs() < 1e-15 || n % 33 == 0 || n % 33 == 32 || n < 33 || n > 1055, "{at}");
+            assert!(
+                (part - 0.25).abs() < 1e-15 || n % 33 == 0 || n % 33 == 32 || !(33..=1055).contains(&n),
+                "{at}"
+            );
             assert!(way.xy() != Vec3::zeros().xy() || (part - 0.25).abs() < 1e-15, "rims count");
         }
         assert_eq!(mesh.crossing(&(at + Vec3::z()), &(at + Vec3::z() * 0.5)), None);
@@ -166,7 +171,9 @@ fn no_segment_from_one_side_of_a_plate_to_the_other_passes_an_edge_or_a_corner_u
 fn the_nearest_point_is_that_of_a_search_through_all_facets() {
     let mut random = random();
     let (mut vertices, facets) = plate([10.0, 10.0], [20, 20]);
-    vertices.iter_mut().for_each(|vertex| vertex.z = random.random_range(0.0..1.0));
+    for vertex in &mut vertices {
+        vertex.z = random.random_range(0.0..1.0);
+    }
     let mesh = WallMesh::new(vertices, facets, None).unwrap();
     let mut found = Vec::new();
     for _ in 0..500 {

@@ -133,7 +133,7 @@ impl Tree {
         let mut look = |node: &Node, best: &mut (f64, Option<u32>)| {
             for &facet in &self.order[node.first as usize..(node.first + node.count) as usize] {
                 let found = square(facet);
-                if found < best.0 || found == best.0 && best.1.is_some_and(|known| facet < known) {
+                if found < best.0 || found <= best.0 && best.1.is_some_and(|known| facet < known) {
                     *best = (found, Some(facet));
                 }
             }
