@@ -132,6 +132,11 @@ impl Setup {
         self.fluid.as_ref().map_or(0.0, |fluid| fluid.density)
     }
 
+    /// Time (s) of [`RunPlan::averages_from`].
+    pub(crate) fn averages_from(&self, last: u64) -> f64 {
+        self.plan.averages_from(last) as f64 * self.time_step
+    }
+
     /// Number of cells of the fluid; 0 without one.
     pub fn fluid_cells(&self) -> usize {
         self.fluid.as_ref().map_or(0, |_| self.domain.cell_count())

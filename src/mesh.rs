@@ -140,15 +140,15 @@ pub fn decimal_precision(points: &[Vec3]) -> f64 {
     if relative <= DECIMAL { relative } else { 0.0 }
 }
 
-/// Refuses corners that are not finite.
-fn check_finite(facets: &[[Vec3; 3]], scale: f64) -> Result<(), String> {
+/// Corners in metres; refuses those that are not finite.
+fn scaled(facets: &[[Vec3; 3]], scale: f64) -> Result<Vec<[Vec3; 3]>, String> {
     for (n, facet) in facets.iter().enumerate() {
         if let Some(corner) = facet.iter().find(|corner| !corner.iter().all(|x| (x * scale).is_finite())) {
             let [x, y, z] = (*corner).into();
             return Err(format!("facet {n} has a corner at ({x}, {y}, {z}); export the mesh again"));
         }
     }
-    Ok(())
+    Ok(facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect())
 }
 
 /// Relative precision of the corners of facets, the extent of these (m), and a note for the user if they are rounded much.
@@ -172,8 +172,7 @@ fn tolerance(facets: &[[Vec3; 3]], scaled: &[[Vec3; 3]], rounding: f64) -> ((f64
 
 /// Checks that facets are the surface of a convex body, and builds it.
 fn body(facets: &[[Vec3; 3]], rounding: f64, scale: f64, hull: bool) -> Result<Mesh, String> {
-    check_finite(facets, scale)?;
-    let scaled: Vec<[Vec3; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
+    let scaled = scaled(facets, scale)?;
     let ((precision, extent), rounded) = tolerance(facets, &scaled, rounding);
     let surface = Surface::new(&scaled, precision * extent);
     let checked = checked(&surface, &scaled, precision, hull);

@@ -169,8 +169,7 @@ impl FluidSystem {
     ) -> Result<Self> {
         let simd = setup.plan.instruction_set();
         let params = FluidParams { relaxation_time: of.relaxation_time, collision: of.collision, simd };
-        let walls = LatticeWalls::new(&setup.walls, &setup.units())
-            .in_box(&setup.domain)
+        let walls = LatticeWalls::new(&setup.walls, &setup.units(), &setup.domain)
             .with_open(&setup.inlets, &setup.pressures);
         let boundary = Boundary {
             motions: &walls.motions(None),

@@ -29,7 +29,7 @@ pub use contacts::{
 pub use insertion::{AmountBy, InsertionSection, RegionSection, RemovalPlace, RemovalSection};
 pub use motion::{
     Freedom, MotionSection, NamedMotion, OscillationSection, PrescribedSection, ScalarOscillation,
-    ScalarSection, VariableScalar, VariableVector, Variation, VectorSection,
+    ScalarSection, VariableScalar, VariableVector, VectorSection,
 };
 pub use particles::{
     Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, PositionsBy, RelativeDistance,

@@ -2,11 +2,9 @@
 
 use super::Setup;
 use super::checks::Document;
-use super::file::{
-    Case, Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, Variation, VectorSection,
-};
+use super::file::{Case, Entry, Freedom, MotionSection, NamedMotion, PrescribedSection, VectorSection};
 use crate::error::Result;
-use crate::math::Vec3;
+use crate::math::{TimeFunction, Vec3};
 use crate::particle::PrescribedMotion;
 
 /// Least number of time steps in a period of an oscillation.
@@ -110,12 +108,15 @@ fn prescribed(document: &Document, key: &str, given: &PrescribedSection) -> Resu
     ))
 }
 
-/// Changes of all vectors and pressures of a case over time, with their keys.
-fn variations(case: &Case) -> Vec<(String, Variation)> {
-    let vectors = vectors(case).into_iter().map(|(key, vector)| (key, vector.variation()));
+/// All vectors and pressures of a case over time, with their keys, and the rows of their tables in words.
+fn functions(case: &Case) -> Vec<(String, TimeFunction, &'static str)> {
+    let of_vector = "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]";
+    let vectors = vectors(case).into_iter().map(|(key, vector)| (key, vector.function(), of_vector));
     let outlets = case.domain.faces.iter().filter_map(|(name, face)| Some((name, face.outlet.as_ref()?)));
-    let pressures = outlets
-        .map(|(name, outlet)| (format!("domain.faces.{name}.outlet.pressure"), outlet.pressure.variation()));
+    let pressures = outlets.map(|(name, outlet)| {
+        let key = format!("domain.faces.{name}.outlet.pressure");
+        (key, outlet.pressure.function(), "rows are [t, p], e.g. [0, 100]")
+    });
     vectors.chain(pressures).collect()
 }
 
@@ -143,15 +144,22 @@ fn vectors(case: &Case) -> Vec<(String, &VectorSection)> {
 
 /// Refuses oscillations that are too fast for a time step (s), and tables without an order.
 pub(super) fn refuse_vectors(document: &Document, time_step: f64) -> Result<()> {
-    for (key, Variation { frequency, times, rows }) in variations(&document.case) {
-        let most = 1.0 / (STEPS_PER_PERIOD * time_step);
-        if let Some(frequency) = frequency.filter(|frequency| *frequency > most) {
-            let key = format!("{key}.oscillation.frequency");
-            let wanted = format!("at most {most:.4e}");
-            let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
-            return Err(document.out_of_range(&key, frequency, &wanted, &remedy));
-        }
-        let Some(times) = times else { continue };
+    for (key, function, rows) in functions(&document.case) {
+        let table = match function {
+            TimeFunction::Constant(_) => continue,
+            TimeFunction::Oscillation { frequency, .. } => {
+                let most = 1.0 / (STEPS_PER_PERIOD * time_step);
+                if frequency <= most {
+                    continue;
+                }
+                let key = format!("{key}.oscillation.frequency");
+                let wanted = format!("at most {most:.4e}");
+                let remedy = format!("in Hz; a period has {STEPS_PER_PERIOD} time steps or more");
+                return Err(document.out_of_range(&key, frequency, &wanted, &remedy));
+            }
+            TimeFunction::Table(table) => table,
+        };
+        let times: Vec<f64> = table.iter().map(|(time, _)| *time).collect();
         if times.is_empty() {
             let key = format!("{key}.table");
             return Err(document.error(&key, &format!("`{key}` is empty"), "no row", rows));

@@ -1,7 +1,8 @@
 //! Walls from mesh files: any surface, closed or open.
 
 use super::surface::Surface;
-use super::{check_finite, facets, tolerance};
+use super::{facets, scaled, tolerance};
+use crate::math::Vec3;
 use crate::shape::ShapeError;
 use crate::shape::error::check_size;
 use crate::wall::mesh::Flaw;
@@ -25,10 +26,9 @@ pub fn wall(
     check_size("scale", scale)?;
     facets(path, bytes)
         .and_then(|(facets, rounding)| {
-            check_finite(&facets, scale)?;
-            let scaled: Vec<[_; 3]> = facets.iter().map(|facet| facet.map(|corner| corner * scale)).collect();
-            let (tolerance, rounded) = tolerance(&facets, &scaled, rounding);
-            let (mesh, mut notes) = of(&scaled, tolerance.0 * tolerance.1, free)?;
+            let scaled = scaled(&facets, scale)?;
+            let ((precision, extent), rounded) = tolerance(&facets, &scaled, rounding);
+            let (mesh, mut notes) = of(&scaled, precision * extent, free)?;
             notes.extend(rounded);
             Ok((mesh, notes))
         })
@@ -37,7 +37,7 @@ pub fn wall(
 
 /// The wall that facets make; vertices closer than a tolerance (m) are one.
 fn of(
-    facets: &[[crate::math::Vec3; 3]],
+    facets: &[[Vec3; 3]],
     tolerance: f64,
     free: Option<FreeSide>,
 ) -> Result<(WallMesh, Vec<String>), String> {
@@ -75,7 +75,6 @@ fn place(flaw: &Flaw) -> String {
 mod tests {
     use super::super::tests::{binary_stl, box_facets, text_stl};
     use super::*;
-    use crate::math::Vec3;
     use std::path::PathBuf;
 
     fn read(bytes: &[u8], free: Option<FreeSide>) -> Result<(WallMesh, Vec<String>), String> {

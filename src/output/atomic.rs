@@ -41,6 +41,22 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     write_atomically(path, |file| file.write_all(bytes))
 }
 
+/// [`write_atomically`] for a table with this header.
+pub(super) fn write_table(
+    path: &Path,
+    head: &[String],
+    rows: impl IntoIterator<Item = Vec<String>>,
+) -> Result<()> {
+    write_atomically(path, |file| {
+        let mut table = csv::Writer::from_writer(file);
+        table.write_record(head)?;
+        for row in rows {
+            table.write_record(row)?;
+        }
+        table.flush()
+    })
+}
+
 /// Creates a file that was not there. One of this name that an earlier attempt left is removed, and a link itself.
 fn create_fresh(path: &Path) -> io::Result<File> {
     match File::create_new(path) {

@@ -11,11 +11,11 @@
 //! doi:10.1103/PhysRevLett.64.2727). The velocity of the front is the slope of the line by least squares from where the front has come down by a
 //! diameter to where it is a quarter of its first height above the bed (Kynch 1952, doi:10.1039/TF9524800166: it is constant until both meet).
 
+use super::atomic::write_table;
 use super::averages::Average;
 use super::series::{SeriesTable, definitions, heads};
 use super::statistics::estimate_slope;
-use super::write_bytes;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::LazyLock;
@@ -127,15 +127,11 @@ impl Column {
     /// Of reading and writing the files.
     pub fn write(&self, profiles: &Path, fronts: &Path) -> Result<Option<(String, Average)>> {
         let heights = self.heights(&SeriesTable::read(profiles)?);
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let failed = |error: csv::Error| Error::io("write", fronts, error.into());
-        writer.write_record(&*COLUMNS).map_err(failed)?;
-        for at in &heights {
+        let rows = heights.iter().map(|at| {
             let row = [self.profile as f64, at.step, at.time, at.front, at.bed];
-            writer.write_record(row.map(|number| number.to_string())).map_err(failed)?;
-        }
-        let bytes = writer.into_inner().map_err(|error| Error::io("write", fronts, error.into_error()))?;
-        write_bytes(fronts, &bytes)?;
+            row.map(|number| number.to_string()).into()
+        });
+        write_table(fronts, &COLUMNS, rows)?;
         Ok(self.velocity(&heights).map(|velocity| (VELOCITY.to_string(), velocity)))
     }
 }

@@ -1,9 +1,9 @@
 //! Means over time of a table whose rows are those of bins at several times, with standard errors.
 
+use super::atomic::write_table;
 use super::series::SeriesTable;
 use super::statistics::{Estimate, estimate_independent, estimate_mean};
-use super::write_bytes;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -43,24 +43,20 @@ impl Bins {
         for column in values {
             head.extend(["", "_error"].map(|of| format!("{}{of} ({})", column.name, column.unit)));
         }
-        let mut writer = csv::Writer::from_writer(Vec::new());
-        let failed = |error: csv::Error| Error::io("write", means, error.into());
-        writer.write_record(&head).map_err(failed)?;
-        for (bin, rows) in &bins {
+        let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+        let records = bins.iter().map(|(bin, rows)| {
             let mut record: Vec<String> = bin.iter().map(|bits| f64::from_bits(*bits).to_string()).collect();
             record.push(rows.len().to_string());
             for column in values {
                 let known = rows.iter().map(|&row| column.values[row]).filter(|value| !value.is_nan());
                 let known: Vec<f64> = known.collect();
-                let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
                 let estimate: Option<Estimate> =
                     if self.independent { estimate_independent(&known) } else { estimate_mean(&known) };
                 record.push(text(estimate.map(|estimate| estimate.mean)));
                 record.push(text(estimate.and_then(|estimate| estimate.standard_error)));
             }
-            writer.write_record(&record).map_err(failed)?;
-        }
-        let bytes = writer.into_inner().map_err(|error| Error::io("write", means, error.into_error()))?;
-        write_bytes(means, &bytes)
+            record
+        });
+        write_table(means, &head, records)
     }
 }

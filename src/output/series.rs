@@ -51,8 +51,8 @@ fluid_force: Force of the fluid on the wall in the last step, without the pressu
     through it, by pressure, viscosity and flow.
 contact_force: Force of contacts on the wall, or on all bodies of a section with prescribed motion.
 shear_stress: Force of fluid and contacts along a plane wall over its area in the box. Planes only.
-fluid_torque: Torque of the fluid in the last step on a pipe or rod, about its `pivot`, by default the `point` of its axis.
-contact_torque: Torque of contacts on a pipe or rod about the same point, or on all bodies of a section with prescribed motion, about the \
+fluid_torque: Torque of the fluid in the last step on a pipe, rod or mesh, about its `pivot`, by default the `point` of its axis or the position of the mesh.
+contact_torque: Torque of contacts on a pipe, rod or mesh about the same point, or on all bodies of a section with prescribed motion, about the \
     centre of each.
 hydrodynamic_force: Force of the fluid in the last step on all bodies of a section with prescribed motion, with buoyancy: `drag` is without.
 hydrodynamic_torque: Torque of the fluid on them, about the centre of each.

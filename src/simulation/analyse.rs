@@ -53,7 +53,7 @@ pub fn analyse(directory: &Path, out: &Path, from: Option<f64>) -> Result<Analys
     let to = OutputFiles::new(out);
     let series = SeriesTable::read(&files.series())?;
     let last = series.get("step").and_then(|steps| steps.last().copied()).unwrap_or(0.0);
-    let from = from.unwrap_or(setup.plan.averages_from(last as u64) as f64 * setup.time_step);
+    let from = from.unwrap_or(setup.averages_from(last as u64));
     let distance = known.and_then(|summary| summary.averaged_over_distance);
     let mut summary = Summary { averaged_over_distance: distance, ..Summary::default() };
     let wanted = |name: &str| !["step", "t", "t_star"].contains(&name);

@@ -343,6 +343,11 @@ impl FileEstimate {
         self.count as f64 * self.bytes
     }
 
+    /// The same in one file that grows.
+    fn in_one_file(self) -> Self {
+        Self { count: 1, bytes: self.total(), ..self }
+    }
+
     /// With a file whenever a writer is due, the first and the last state included.
     fn of(writer: &dyn Writer, end_step: u64, name: &'static str, bytes: f64, remark: &'static str) -> Self {
         let every = writer.every();

@@ -26,3 +26,14 @@ mod stress;
 mod tables;
 mod walls;
 mod writers;
+
+use turbid::output::OutputFiles;
+
+/// Runs a case text, with options, in a folder.
+fn written(root: &std::path::Path, text: &str, options: &[String]) -> (turbid::case::Setup, OutputFiles) {
+    let directory = format!("output.directory={:?}", root.display().to_string());
+    let options = [options, &[directory]].concat();
+    let setup = turbid::case::from_text(text, "case", &options).unwrap_or_else(|e| panic!("{e}"));
+    turbid::simulation::run(&setup, &turbid::simulation::RunOptions::default()).unwrap();
+    (setup, OutputFiles::new(root))
+}

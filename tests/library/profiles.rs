@@ -1,10 +1,8 @@
 //! Profiles of a suspension and of a flow, written by a run.
 
-use std::path::Path;
-use turbid::case::{self, Setup};
+use crate::written;
+use turbid::output::SeriesTable;
 use turbid::output::directory::{PROFILE_MEANS, PROFILES};
-use turbid::output::{OutputFiles, SeriesTable};
-use turbid::simulation::{self, RunOptions};
 
 /// Spheres and cubes between plates that slide.
 const SHEARED: &str = r#"
@@ -40,18 +38,6 @@ particles_every = "never"
 picture_every = "never"
 checkpoint_every = { steps = 40 }
 "#;
-
-fn written(root: &Path, text: &str, options: &[String]) -> (Setup, OutputFiles) {
-    let options: Vec<String> = options
-        .iter()
-        .cloned()
-        .chain([format!("output.directory={:?}", root.display().to_string())])
-        .collect();
-    let setup = case::from_text(text, "sheared", &options).unwrap_or_else(|e| panic!("{e}"));
-    simulation::run(&setup, &RunOptions::default()).unwrap();
-    let files = OutputFiles::new(root);
-    (setup, files)
-}
 
 #[test]
 fn profiles_add_up_to_what_is_in_the_box_and_have_the_same_bits_on_1_to_4_ranks() {

@@ -1,12 +1,12 @@
 //! Structure, dynamics, fronts and averages of a run.
 
+use crate::written;
 use std::path::Path;
-use turbid::case::{self, Setup};
 use turbid::output::directory::{
     CONTACT_FORCES, DYNAMICS, DYNAMICS_MEANS, FRONTS, PAIR_DISTRIBUTION, PAIR_DISTRIBUTION_MEANS, STRUCTURE,
 };
-use turbid::output::{OutputFiles, SeriesTable, Summary};
-use turbid::simulation::{self, RunOptions};
+use turbid::output::{SeriesTable, Summary};
+use turbid::simulation;
 
 /// Spheres and rods that fall into a heap, in a periodic box with a floor.
 const HEAP: &str = r#"
@@ -41,17 +41,6 @@ particles_every = "never"
 picture_every = "never"
 checkpoint_every = "never"
 "#;
-
-fn written(root: &Path, text: &str, options: &[String]) -> (Setup, OutputFiles) {
-    let options: Vec<String> = options
-        .iter()
-        .cloned()
-        .chain([format!("output.directory={:?}", root.display().to_string())])
-        .collect();
-    let setup = case::from_text(text, "heap", &options).unwrap_or_else(|e| panic!("{e}"));
-    simulation::run(&setup, &RunOptions::default()).unwrap();
-    (setup, OutputFiles::new(root))
-}
 
 #[test]
 fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_4_ranks() {

@@ -201,7 +201,7 @@ fn measure(row: &Row) -> Outcome {
     let units = Units { dx: 1.0, dt: 1.0, density: 1.0 };
     let decomposition = Decomposition::new(domain, 1).expect("one block");
     let walls = [plane("z-", 0.0, 1.0), plane("z+", edge, -1.0)];
-    let walls = LatticeWalls::new(if other.is_some() { &[] } else { &walls }, &units);
+    let walls = LatticeWalls::new(if other.is_some() { &[] } else { &walls }, &units, &domain);
     let boundary = Boundary {
         motions: &walls.motions(None),
         wall_of: &|cell| walls.wall_of(cell),

@@ -83,31 +83,6 @@ impl VectorSection {
     }
 }
 
-/// Changes of a quantity over time that have an order.
-pub struct Variation {
-    /// Frequency of an oscillation (Hz).
-    pub frequency: Option<f64>,
-    /// Times of a table (s).
-    pub times: Option<Vec<f64>>,
-    /// Rows of a table, with an example.
-    pub rows: &'static str,
-}
-
-impl VectorSection {
-    /// Its changes over time.
-    pub fn variation(&self) -> Variation {
-        let (mut frequency, mut times) = (None, None);
-        match self {
-            Self::Constant(_) => {}
-            Self::Variable(VariableVector::Oscillation(of)) => frequency = Some(of.frequency),
-            Self::Variable(VariableVector::Table(rows)) => {
-                times = Some(rows.iter().map(|row| row[0]).collect());
-            }
-        }
-        Variation { frequency, times, rows: "rows are [t, x, y, z], e.g. [0, 0, 0, 1e-3]" }
-    }
-}
-
 /// A pressure (Pa) over time.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
@@ -150,19 +125,6 @@ impl ScalarSection {
                 TimeFunction::Table(rows.iter().map(|[t, x]| (*t, along(*x))).collect())
             }
         }
-    }
-
-    /// Its changes over time.
-    pub fn variation(&self) -> Variation {
-        let (mut frequency, mut times) = (None, None);
-        match self {
-            Self::Constant(_) => {}
-            Self::Variable(VariableScalar::Oscillation(of)) => frequency = Some(of.frequency),
-            Self::Variable(VariableScalar::Table(rows)) => {
-                times = Some(rows.iter().map(|row| row[0]).collect());
-            }
-        }
-        Variation { frequency, times, rows: "rows are [t, p], e.g. [0, 100]" }
     }
 }
 

@@ -9,7 +9,7 @@ use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Dynamics, Setup};
 use crate::domain::Domain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::dynamics::{BINS, COLUMNS, diffusion};
 use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, directory};
@@ -188,13 +188,7 @@ impl Writer for DynamicsWriter<'_> {
 
     fn fits(&self, state: &WriterState) -> Result<()> {
         let State { plan, rows, .. } = parsed(NAME, state)?;
-        if rows.is_some() && plan != (self.plan.every, self.plan.lags) {
-            return Err(Error::Input(format!(
-                "`output.dynamics` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
-                self.table.path().display()
-            )));
-        }
-        self.table.holds(rows.as_ref())
+        self.table.fits(NAME, plan == (self.plan.every, self.plan.lags), rows.as_ref())
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
@@ -204,13 +198,13 @@ impl Writer for DynamicsWriter<'_> {
     }
 
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
-        let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
+        let from = self.setup.averages_from(self.last);
         average([&self.files; 2], from, summary)
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
         let rows = FileEstimate::of(self, end_step, "dynamics", NUMBER * COLUMNS.len() as f64, "");
-        Some(FileEstimate { count: 1, bytes: rows.total(), ..rows })
+        Some(rows.in_one_file())
     }
 }
 

@@ -8,7 +8,7 @@ use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Profile, Rings, Setup};
 use crate::contact::CutPart;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::{Mat3, Quat, Vec3};
 use crate::output::fronts::Column;
 use crate::output::{OutputFiles, RowsMark, Summary, directory, profiles};
@@ -404,13 +404,7 @@ impl Writer for Profiles<'_> {
 
     fn fits(&self, state: &WriterState) -> Result<()> {
         let State { profiles, rows, .. } = parsed(NAME, state)?;
-        if rows.is_some() && profiles != self.forms() {
-            return Err(Error::Input(format!(
-                "`output.profiles` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
-                self.table.path().display()
-            )));
-        }
-        self.table.holds(rows.as_ref())
+        self.table.fits(NAME, profiles == self.forms(), rows.as_ref())
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
@@ -420,14 +414,14 @@ impl Writer for Profiles<'_> {
     }
 
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
-        let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
+        let from = self.setup.averages_from(self.last);
         average(self.setup, [&self.files; 2], from, summary)
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
         let numbers = self.bins() * (profiles::COLUMNS.len() + self.sections);
         let rows = FileEstimate::of(self, end_step, "profiles", NUMBER * numbers as f64, "");
-        Some(FileEstimate { count: 1, bytes: rows.total(), ..rows })
+        Some(rows.in_one_file())
     }
 }
 

@@ -291,7 +291,7 @@ impl Writer for Series<'_> {
         let [threads, cores] = threads_and_cores(self.setup);
         let each = MEASURED_CELL * self.setup.fluid_cells() as f64 / threads.min(cores) as f64;
         let seconds = rows.count as f64 * each;
-        Some(FileEstimate { count: 1, bytes: rows.total(), seconds, ..rows })
+        Some(FileEstimate { seconds, ..rows.in_one_file() })
     }
 }
 

@@ -21,7 +21,7 @@ use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterSta
 use crate::case::{Setup, Structure};
 use crate::comm::Comm;
 use crate::domain::Domain;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::structure::{COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SECTORS, pair_head};
 use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, averages, directory};
@@ -385,14 +385,10 @@ impl Writer for StructureWriter<'_> {
 
     fn fits(&self, state: &WriterState) -> Result<()> {
         let State { bins, plane, rows, .. } = parsed(NAME, state)?;
-        if rows[0].is_some() && (bins, plane) != ((self.plan.reach, self.plan.bins), self.plan.plane) {
-            return Err(Error::Input(format!(
-                "`output.structure` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
-                self.pairs.path().display()
-            )));
-        }
-        let tables = [&self.numbers, &self.pairs, &self.forces].into_iter().zip(&rows);
-        tables.into_iter().try_for_each(|(table, rows)| table.holds(rows.as_ref()))
+        let is_same = (bins, plane) == ((self.plan.reach, self.plan.bins), self.plan.plane);
+        let mut tables =
+            [&self.pairs, &self.numbers, &self.forces].into_iter().zip([&rows[1], &rows[0], &rows[2]]);
+        tables.try_for_each(|(table, rows)| table.fits(NAME, is_same, rows.as_ref()))
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
@@ -403,14 +399,14 @@ impl Writer for StructureWriter<'_> {
     }
 
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
-        let from = self.setup.plan.averages_from(self.last) as f64 * self.setup.time_step;
+        let from = self.setup.averages_from(self.last);
         average([&self.files; 2], from, summary)
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
         let numbers = COLUMNS.len() + self.plan.bins * (4 + self.sectors()) + 4 * FORCES;
         let rows = FileEstimate::of(self, end_step, "structure", NUMBER * numbers as f64, "");
-        Some(FileEstimate { count: 1, bytes: rows.total(), ..rows })
+        Some(rows.in_one_file())
     }
 }
 

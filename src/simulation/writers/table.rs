@@ -1,9 +1,9 @@
 //! A table of a writer, which is created with its first rows.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::output::{RowsMark, SeriesWriter, directory};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 pub(super) struct Table {
     path: PathBuf,
@@ -14,10 +14,6 @@ pub(super) struct Table {
 impl Table {
     pub(super) fn new(path: PathBuf, head: Vec<String>) -> Self {
         Self { path, head, open: None }
-    }
-
-    pub(super) fn path(&self) -> &Path {
-        &self.path
     }
 
     pub(super) fn write(&mut self, rows: &[impl Serialize]) -> Result<()> {
@@ -37,8 +33,20 @@ impl Table {
         self.open.as_ref().map(SeriesWriter::mark).transpose()
     }
 
+    /// Refuses to continue these rows, if the key of `[output]` that says what they are has another value than then, and a file that does not begin
+    /// with them.
+    pub(super) fn fits(&self, key: &str, is_same: bool, rows: Option<&RowsMark>) -> Result<()> {
+        if rows.is_some() && !is_same {
+            return Err(Error::Input(format!(
+                "`output.{key}` is not what it was when {} was begun\n  leave it, or branch off by `turbid resume DIR --out NEW`",
+                self.path.display()
+            )));
+        }
+        self.holds(rows)
+    }
+
     /// Refuses a file that does not begin with these rows.
-    pub(super) fn holds(&self, rows: Option<&RowsMark>) -> Result<()> {
+    fn holds(&self, rows: Option<&RowsMark>) -> Result<()> {
         rows.map_or(Ok(()), |mark| SeriesWriter::holds(&self.path, mark))
     }
 

@@ -192,7 +192,7 @@ fn run(scene: &Scene, precision: Precision, grid: [usize; 3], device: Option<&De
     let decomposition = Decomposition::with_grid(domain, grid);
     let surfaces: Vec<Wall> =
         if domain.is_periodic(2) { Vec::new() } else { [walls(&domain), vec![sheet()]].concat() };
-    let lattice_walls = LatticeWalls::new(&surfaces, &UNITS).in_box(&domain);
+    let lattice_walls = LatticeWalls::new(&surfaces, &UNITS, &domain);
     let mut motions: Vec<WallMotion> = lattice_walls.motions(None);
     if let Some(wall) = motions.get_mut(1) {
         (wall.velocity, wall.varies) = ([0.02, -0.01, 0.0], true);

@@ -22,7 +22,7 @@ fn three() -> [Particle; 3] {
 fn measured<S: Population>(solids: Method, grid: [usize; 3]) -> [i128; 6] {
     let domain = Domain { faces: Domain::faces([true, true, false]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
-    let walls = LatticeWalls::new(&walls(&domain), &UNITS);
+    let walls = LatticeWalls::new(&walls(&domain), &UNITS, &domain);
     let parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary {
             motions: &walls.motions(None),

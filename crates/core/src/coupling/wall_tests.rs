@@ -42,7 +42,7 @@ fn run<S: Population>(
 ) -> Outcome {
     let domain = Domain { faces: Domain::faces([true, true, false]), cells: CELLS, dx: UNITS.dx };
     let decomposition = Decomposition::with_grid(domain, grid);
-    let walls = LatticeWalls::new(&walls(&domain), &UNITS);
+    let walls = LatticeWalls::new(&walls(&domain), &UNITS, &domain);
     let parts = on_threads(decomposition.ranks(), |comm| {
         let boundary = Boundary {
             motions: &walls.motions(None),

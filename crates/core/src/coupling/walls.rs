@@ -89,8 +89,10 @@ pub struct LatticeWalls {
 }
 
 impl LatticeWalls {
-    /// From walls that pass [`check_motion`]; every closed face of the box is one of them.
-    pub fn new(walls: &[Wall], units: &Units) -> Self {
+    /// From walls that pass [`check_motion`]; every closed face of the box is one of them. Meshes go on
+    /// through its periodic faces.
+    pub fn new(walls: &[Wall], units: &Units, domain: &Domain) -> Self {
+        let cells = |a: usize| if domain.is_periodic(a) { domain.cells[a] as i64 } else { 0 };
         for wall in walls {
             if let Err(what) = check_motion(wall) {
                 panic!("wall {} {what}, which the fluid cannot follow", wall.name);
@@ -102,16 +104,8 @@ impl LatticeWalls {
             inlets: BTreeMap::new(),
             pressures: BTreeMap::new(),
             units: *units,
-            periods: [0; 3],
+            periods: std::array::from_fn(cells),
         }
-    }
-
-    /// The same walls, of which meshes go on through the periodic faces of a box.
-    #[must_use]
-    pub fn in_box(self, domain: &Domain) -> Self {
-        let cells = |a: usize| if domain.is_periodic(a) { domain.cells[a] as i64 } else { 0 };
-        let periods = std::array::from_fn(cells);
-        Self { periods, ..self }
     }
 
     /// The same walls, through some of which, given by their numbers, fluid comes in, or leaves at a pressure (Pa, the component along x)
@@ -228,6 +222,8 @@ mod tests {
     use super::*;
     use crate::math::Profile;
 
+    const BOX: Domain = Domain { faces: Domain::faces([false; 3]), cells: [8; 3], dx: 0.25 };
+
     fn wall(
         surface: Surface,
         velocity: impl Into<TimeFunction>,
@@ -290,6 +286,7 @@ mod tests {
         let walls = LatticeWalls::new(
             &[turning.clone(), wall(PLANE, Vec3::y(), Vec3::zeros(), Vec3::zeros())],
             &units,
+            &BOX,
         );
         assert_eq!(walls.wall_of([3, 7, 1]), Some(0));
         // Of this plane the cells with 0.6 x + 0.8 z < 0.4 are wall; the rod comes first.
@@ -308,7 +305,8 @@ mod tests {
         let profile = Profile::Parabolic([Some([0.0, 1.0]), None, None]);
         let inlet = Inlet { velocity: once(2.0 * Vec3::z()), profile, patch: None };
         let floor = wall(PLANE, Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
-        let walls = LatticeWalls::new(&[floor], &units).with_open(&[(0, inlet)].into(), &BTreeMap::new());
+        let walls =
+            LatticeWalls::new(&[floor], &units, &BOX).with_open(&[(0, inlet)].into(), &BTreeMap::new());
         let motion = walls.motions(Some(50))[0];
         assert!(walls.vary() && motion.varies);
         // Half-way between two walls that are four cells apart.
@@ -319,7 +317,8 @@ mod tests {
     #[test]
     fn a_wall_whose_velocity_varies_has_that_of_the_middle_of_a_step() {
         let units = Units { dx: 0.25, dt: 0.01, density: 1000.0 };
-        let walls = LatticeWalls::new(&[wall(PLANE, once(Vec3::y()), Vec3::zeros(), Vec3::zeros())], &units);
+        let walls =
+            LatticeWalls::new(&[wall(PLANE, once(Vec3::y()), Vec3::zeros(), Vec3::zeros())], &units, &BOX);
         assert!(walls.vary() && walls.motions(None)[0].varies);
         for (step, expected) in [(None, 0.0), (Some(0), 0.005), (Some(100), 0.995), (Some(300), 0.0)] {
             let velocity = walls.motions(step)[0].velocity[1];

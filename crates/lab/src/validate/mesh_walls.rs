@@ -1,6 +1,7 @@
 //! Flow through and past walls made of facets: `validation/mesh_walls`.
 
 use super::prelude::*;
+use super::round_walls::flow;
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use turbid::math::Quat;
@@ -40,28 +41,6 @@ fn with_mesh(context: &SuiteContext, mesh: WallMesh, own: &[String]) -> Result<S
     let surface = Surface::Mesh(placed);
     setup.walls.push(Wall { name: "mesh".into(), surface, motion: Motion::default(), material: 0 });
     Ok(setup)
-}
-
-/// Flow along x (m^3/s) through the box once it is steady.
-fn flow(setup: &Setup) -> Result<f64> {
-    let mut run = Simulation::solo(setup)?;
-    run.advance(setup.plan.end_step)?;
-    let half = 0.5 * run.acceleration().x * setup.time_step;
-    let [nx, ny, nz] = setup.domain.cells;
-    let cells = (0..nz).flat_map(|z| (0..ny).flat_map(move |y| (0..nx).map(move |x| [x, y, z])));
-    let fluid = run.fluid().expect("the case has one");
-    let in_wall = |cell: [usize; 3]| {
-        let centre = Vec3::from_fn(|a, _| (cell[a] as f64 + 0.5) * setup.domain.dx);
-        setup.walls.iter().any(|wall| wall.surface.is_wall(centre))
-    };
-    // Where bodies take up what drives the fluid, the sum of the momentum is the same before and after a collision.
-    let half = if setup.particles.is_empty() { half } else { 0.0 };
-    let velocity = |cell: [usize; 3]| {
-        let (density, velocity) = fluid.moments(cell);
-        density * velocity[0] * setup.units().velocity() + half
-    };
-    let sum: f64 = cells.filter(|&cell| !in_wall(cell)).map(velocity).sum();
-    Ok(sum * CELL * CELL / nx as f64)
 }
 
 /// A container: a round tube along x of `sides` strips, beyond the box at both ends, and closed there.

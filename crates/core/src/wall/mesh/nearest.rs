@@ -7,7 +7,7 @@
 //! # Reference
 //! Ericson (2005), Real-Time Collision Detection, section 5.1.5 (regions of a triangle).
 
-use super::{Facet, WallMesh};
+use super::WallMesh;
 use crate::math::Vec3;
 
 /// Sines of angles below which a way counts as along a facet, for the rounding of corners: single precision.
@@ -153,16 +153,20 @@ impl WallMesh {
     /// True if `away` leads from a point on a facet of a closed mesh into the free space; of a sheet always.
     #[inline]
     pub fn is_in_front(&self, facet: u32, feature: Feature, away: &Vec3) -> bool {
-        let of: &Facet = &self.facets[facet as usize];
-        !self.is_closed()
-            || match feature {
-                Feature::Face => of.normal.dot(away) > 0.0,
-                Feature::Edge(k) => {
-                    let normals = self.edges.facets(of.edges[k]).iter();
-                    normals.map(|&facet| self.facets[facet as usize].normal.dot(away)).sum::<f64>() > 0.0
-                }
-                Feature::Vertex(k) => self.vertex_normals[of.vertices[k] as usize].dot(away) > 0.0,
+        !self.is_closed() || self.normal_of(facet, feature).dot(away) > 0.0
+    }
+
+    /// Normal of a facet, or of an edge or vertex of it, not of unit length: which side of the mesh a way from there is on.
+    #[inline]
+    fn normal_of(&self, facet: u32, feature: Feature) -> Vec3 {
+        let of = &self.facets[facet as usize];
+        match feature {
+            Feature::Face => of.normal,
+            Feature::Edge(k) => {
+                self.edges.facets(of.edges[k]).iter().map(|&n| self.facets[n as usize].normal).sum()
             }
+            Feature::Vertex(k) => self.vertex_normals[of.vertices[k] as usize],
+        }
     }
 
     /// The side of each facet on which a point (m) is, of those that come near to it, with their nearest points by ascending facet: 1 if it is
@@ -189,14 +193,8 @@ impl WallMesh {
                 let index = points.binary_search_by_key(&next, |point| point.facet).ok()?;
                 (points[index].square < square).then_some(sides[index])
             });
-            let normal = || match feature {
-                Feature::Face => of.normal,
-                Feature::Edge(k) => {
-                    self.edges.facets(of.edges[k]).iter().map(|&n| self.facets[n as usize].normal).sum()
-                }
-                Feature::Vertex(k) => self.vertex_normals[of.vertices[k] as usize],
-            };
-            sides[n] = nearer.unwrap_or_else(|| if normal().dot(&away) < 0.0 { -1.0 } else { 1.0 });
+            let own = || if self.normal_of(facet, feature).dot(&away) < 0.0 { -1.0 } else { 1.0 };
+            sides[n] = nearer.unwrap_or_else(own);
         }
     }
 
