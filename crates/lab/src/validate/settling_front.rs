@@ -46,7 +46,9 @@ fn front(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         .chunks(count)
         .map(|bins| (bins.iter().sum::<f64>() * volume / setup.particles.len() as f64 - 1.0).abs());
     let off = off.fold(0.0, f64::max);
-    found.absolute("particles in the profile over all of them, minus 1 (-)", off, 0.0, 1e-12).source("exact");
+    found
+        .absolute("particles in the profile over all of them, minus 1 (-)", off, 0.0, 1e-12)
+        .source("exact: each particle counts once");
     let column = |name: &str| tables[0].get(name).unwrap_or_default();
     let (time, unit) = (column("t"), setup.stokes_time().unwrap_or(1.0));
     let heights = |name: &str| -> Vec<[f64; 2]> {
