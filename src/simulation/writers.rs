@@ -24,17 +24,16 @@ mod table;
 mod vtk;
 
 use super::Simulation;
-use super::observe::{Sums, Totals, each_cell};
+use super::observe::{Sums, Totals, each_row};
 use super::work::cores;
 use crate::case::Setup;
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::CellState;
+use crate::fluid::FlowRow;
 use crate::output::picture::Plane;
 use crate::output::{Fields, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
-use crate::units::Units;
 use std::cell::OnceCell;
 use std::path::PathBuf;
 
@@ -195,14 +194,18 @@ impl<'a> RankState<'a> {
     /// Calls `visit` with each cell of the block of this rank, velocity (m/s) and pressure (Pa) there, and the solid volume fraction,
     /// with the particles where they are now; not at all without a fluid.
     pub fn each_cell(&mut self, mut visit: impl FnMut([usize; 3], [f64; 3], f64, f64)) {
-        let mut cells = self.simulation.block.cells();
-        let value = |units: &Units, state: &CellState| {
-            let velocity = state.velocity.map(|u| u * units.velocity());
-            (velocity, state.density_deviation * units.pressure(), state.solid_fraction)
-        };
-        each_cell(self.simulation, self.simulation.block, value, |(velocity, pressure, fraction)| {
-            visit(cells.next().expect("as many cells"), velocity, pressure, fraction);
+        let units = self.simulation.units;
+        self.each_row(|row| {
+            for (cell, state) in row.each() {
+                let velocity = state.velocity.map(|u| u * units.velocity());
+                visit(cell, velocity, state.density_deviation * units.pressure(), state.solid_fraction);
+            }
         });
+    }
+
+    /// Calls `visit` with each row of cells of the block of this rank, likewise, in lattice units.
+    pub(in crate::simulation) fn each_row(&mut self, visit: impl FnMut(&FlowRow)) {
+        each_row(self.simulation, self.simulation.block, visit);
     }
 }
 

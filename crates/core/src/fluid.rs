@@ -9,6 +9,7 @@ mod bodies;
 mod buffer;
 pub(crate) mod device;
 mod dispatch;
+mod flow_row;
 mod halo;
 mod images;
 pub(crate) mod kernel;
@@ -39,6 +40,7 @@ use device::Populations;
 pub use dispatch::Real;
 #[doc(hidden)]
 pub use dispatch::Sweep;
+pub use flow_row::{FLOW_SUMS, FlowRow, FlowSums, SumsAlongRows};
 use halo::FluidHalo;
 pub(crate) use images::INTS as IMAGE_INTS;
 pub use images::Images;

@@ -3,7 +3,7 @@
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::CellState;
+use crate::fluid::{CellState, FlowRow};
 use crate::memory;
 use crate::output::picture::Plane;
 use crate::output::{Fields, contacts::ids};
@@ -165,9 +165,12 @@ fn set(fields: &mut Fields, at: usize, [u, v, w, pressure, solid_fraction]: [f32
 /// Fields of the block of this rank, with the particles where they are now; nothing without a fluid.
 pub(in crate::simulation) fn own_fields(simulation: &mut Simulation, block: Block) -> Result<Fields> {
     let (mut fields, mut at) = (zeros(block.cell_count())?, 0);
-    each_cell(simulation, block, field_values, |values| {
-        set(&mut fields, at, values);
-        at += 1;
+    let units = simulation.units;
+    each_row(simulation, block, |row| {
+        for (_, state) in row.each() {
+            set(&mut fields, at, field_values(&units, &state));
+            at += 1;
+        }
     });
     Ok(fields)
 }
@@ -224,8 +227,9 @@ fn gathered_cells<V: Pod>(
     mut visit: impl FnMut([usize; 3], V),
 ) {
     let part = |rank: usize| common(cells, decomposition.block(rank));
-    each_cell(simulation, part(simulation.comm.rank()), value, |value| {
-        own.extend_from_slice(bytemuck::bytes_of(&value));
+    let units = simulation.units;
+    each_row(simulation, part(simulation.comm.rank()), |row| {
+        row.each().for_each(|(_, state)| own.extend_from_slice(bytemuck::bytes_of(&value(&units, &state))));
     });
     for (rank, bytes) in simulation.comm.gather(own).iter().enumerate() {
         for (cell, bytes) in part(rank).cells().zip(bytes.chunks_exact(size_of::<V>())) {
@@ -240,23 +244,20 @@ fn field_values(units: &Units, state: &CellState) -> [f32; 5] {
     [u, v, w, pressure, state.solid_fraction as f32]
 }
 
-/// Calls `visit` with a value of each of `cells`, which are of the block of this rank, x fastest; not at all without a fluid.
-pub(in crate::simulation) fn each_cell<V>(
+/// Calls `visit` for the rows of `cells`, which are of the block of this rank, in ascending order; not at all without a fluid.
+pub(in crate::simulation) fn each_row(
     simulation: &mut Simulation,
     cells: Block,
-    value: impl Fn(&Units, &CellState) -> V,
-    mut visit: impl FnMut(V),
+    visit: impl FnMut(&FlowRow),
 ) {
     let lattice = simulation.lattice_acceleration();
-    let Simulation { units, system, dem, .. } = simulation;
+    let Simulation { system, dem, .. } = simulation;
     let Some(FluidSystem { fluid, coupling, .. }) = system else {
         return;
     };
     if cells.cell_count() > 0 {
         coupling.map(dem.particles());
-        fluid.each_cell(cells, lattice, coupling, |state| {
-            visit(value(units, &state));
-        });
+        fluid.each_row(cells, lattice, coupling, visit);
     }
 }
 

@@ -42,6 +42,13 @@ impl Sums {
         self.fixed[index] += i128::from(if small { to_fixed(value) } else { to_fixed_wide(value) });
     }
 
+    /// Adds [fixed-point numbers](crate::math::to_fixed) to the fixed-point sums from index `first` on.
+    pub(in crate::simulation) fn add_integers(&mut self, first: usize, values: &[i64]) {
+        for (sum, value) in self.fixed[first..].iter_mut().zip(values) {
+            *sum += i128::from(*value);
+        }
+    }
+
     /// Raises the maximum `index` to this value, if it is larger.
     pub fn raise(&mut self, index: usize, value: f64) {
         self.maxima[index] = self.maxima[index].max(value);

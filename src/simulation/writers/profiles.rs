@@ -30,11 +30,10 @@ const PRODUCTS: usize = 4;
 const SPIN: usize = 10;
 const STRESS: usize = 13;
 const NUMBERS: usize = 19;
-// Fixed-point sums of a bin: open part of the cells, velocity, its products, pressure, in lattice units.
+// Of the sums of the flow.
 const FLOW: usize = 1;
 const SQUARES: usize = 4;
 const PRESSURE: usize = 10;
-const OF_FLUID: usize = 11;
 
 /// Writes `profiles.csv`, and at the end the means over time.
 pub(super) struct Profiles<'a> {
@@ -128,23 +127,6 @@ impl<'a> Profiles<'a> {
         (bin < profile.bins).then_some((bin, Some(axes)))
     }
 
-    /// The bins of a profile along an axis, of which the first is `first` among all, that each layer of cells across it lies in, and the parts of it
-    /// there. None of rings.
-    fn places(&self, first: usize, profile: &Profile) -> Vec<Vec<(usize, f64)>> {
-        let layers = if profile.rings.is_none() { self.setup.domain.cells[profile.axis] } else { 0 };
-        let of_layer = |layer: usize| {
-            let [from, to] = [layer, layer + 1].map(|end| end as f64 * profile.bins as f64 / layers as f64);
-            let (mut low, mut places) = (from, Vec::new());
-            while low < to {
-                let high = to.min(low.floor() + 1.0);
-                places.push((first + self.bin(profile, low), (high - low) / (to - from)));
-                low = high;
-            }
-            places
-        };
-        (0..layers).map(of_layer).collect()
-    }
-
     /// Volume of a bin of a profile (m^3), and where it is (m).
     fn extent(&self, profile: &Profile, bin: usize) -> [f64; 2] {
         let (size, bins) = (self.setup.domain.size(), profile.bins as f64);
@@ -209,10 +191,11 @@ impl<'a> Profiles<'a> {
         output: &RootOutput,
     ) -> Vec<Vec<Option<f64>>> {
         let units = self.setup.fluid.as_ref().map(|_| self.setup.units());
+        let flow = self.flow_in_bins(number, &output.totals.fixed);
         (0..profile.bins)
             .map(|bin| {
                 let sums = &output.totals.sums[(first + bin) * self.per_bin()..][..self.per_bin()];
-                let fluid = &output.totals.fixed[(first + bin) * OF_FLUID..][..OF_FLUID];
+                let fluid = &flow[bin];
                 let counts = &sums[NUMBERS..];
                 let count: f64 = counts.iter().sum();
                 let [volume, position] = self.extent(profile, bin);
@@ -319,7 +302,7 @@ impl Writer for Profiles<'_> {
 
     fn sums(&self, rank: &mut RankState) -> Sums {
         let per_bin = self.per_bin();
-        let mut sums = Sums::new(self.bins() * per_bin, self.bins() * OF_FLUID, 0);
+        let mut sums = Sums::new(self.bins() * per_bin, flow::sums(self.setup), 0);
         let simulation = rank.simulation();
         for (first, profile) in self.all() {
             for particle in simulation.particles() {
@@ -348,37 +331,7 @@ impl Writer for Profiles<'_> {
             }
         }
         if self.setup.fluid.is_some() {
-            let units = self.setup.units();
-            let [speed, scale] = [units.velocity(), units.pressure()].map(f64::recip);
-            let places: Vec<_> = self.all().map(|(first, profile)| self.places(first, profile)).collect();
-            rank.each_cell(|cell, velocity, pressure, covered| {
-                let open = (1.0 - covered).max(0.0);
-                if open <= 0.0 {
-                    return;
-                }
-                let (u, pressure) = (Vec3::from(velocity) * speed, pressure * scale);
-                let mut add = |bin: usize, weight: f64, u: Vec3| {
-                    let at = bin * OF_FLUID;
-                    sums.add_fixed(at, weight);
-                    (0..3).for_each(|a| sums.add_fixed(at + FLOW + a, weight * u[a]));
-                    for (k, (i, j)) in PAIRS.into_iter().enumerate() {
-                        sums.add_fixed(at + SQUARES + k, weight * u[i] * u[j]);
-                    }
-                    sums.add_fixed(at + PRESSURE, weight * pressure);
-                };
-                for ((first, profile), places) in self.all().zip(&places) {
-                    if profile.rings.is_none() {
-                        for (bin, part) in &places[cell[profile.axis]] {
-                            add(*bin, open * part, u);
-                        }
-                        continue;
-                    }
-                    let middle = Vec3::from(cell.map(|k| (k as f64 + 0.5) * units.dx));
-                    if let Some((bin, axes)) = self.place(profile, middle) {
-                        add(first + bin, open, turned(axes.as_ref(), u));
-                    }
-                }
-            });
+            self.add_flow(rank, &mut sums);
         }
         sums
     }
@@ -425,5 +378,6 @@ impl Writer for Profiles<'_> {
     }
 }
 
+mod flow;
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,7 @@ use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{
-    Boundary, CellState, F16, Flow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean, WallLoad,
+    Boundary, F16, Flow, FlowRow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean, WallLoad,
     WallMotion,
 };
 
@@ -157,15 +157,15 @@ impl AnyFluid {
         either!(self, fluid => coupling.measure(fluid, acceleration))
     }
 
-    /// Calls `visit` with the state of each of `cells`, which are of the block, x fastest, as [`Fluid::each_cell`].
-    pub fn each_cell(
+    /// As [`Fluid::each_row`].
+    pub fn each_row(
         &self,
         cells: Block,
         acceleration: [f64; 3],
         coupling: &mut Coupling,
-        mut visit: impl FnMut(CellState),
+        mut visit: impl FnMut(&FlowRow),
     ) {
-        either!(self, fluid => coupling.each_cell(fluid, cells, acceleration, &mut visit));
+        either!(self, fluid => coupling.each_row(fluid, cells, acceleration, &mut visit));
     }
 
     /// Adds what fills bodies that were inserted.

@@ -7,8 +7,8 @@ use super::mapper::{Image, Mapper};
 use super::saturated::{Saturated, SolidOperator};
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, CellState, Collision, ExchangeSum, Flow, Fluid, Images, Population, RigidMotion,
-    RowSegments, Simd, SolidModel, SphereRows,
+    BlockSolids, Collision, ExchangeSum, Flow, FlowRow, Fluid, Images, Population, RigidMotion, RowSegments,
+    Simd, SolidModel, SphereRows,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -154,17 +154,17 @@ impl Coupling {
         with_method!(self.params.method, method => fluid.measure(acceleration, &self.solids(method)))
     }
 
-    /// [`Fluid::each_cell`] with the mapped particles.
-    pub fn each_cell<S: Population>(
+    /// [`Fluid::each_row`] with the mapped particles.
+    pub fn each_row<S: Population>(
         &mut self,
         fluid: &Fluid<S>,
         cells: Block,
         acceleration: [f64; 3],
-        visit: &mut dyn FnMut(CellState),
+        visit: &mut dyn FnMut(&FlowRow),
     ) {
         self.find_cells();
         with_method!(self.params.method, method => {
-            fluid.each_cell(cells, acceleration, &self.solids(method), visit);
+            fluid.each_row(cells, acceleration, &self.solids(method), visit);
         });
     }
 }

@@ -70,7 +70,9 @@ fn mapped_as(shape: &Arc<dyn Shape>, domain: Domain, particle: Particle, method:
     let params = bgk(Simd::Scalar);
     let fluid = Fluid::<f64>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
     let mut all = Vec::with_capacity(domain.cell_count());
-    coupling.each_cell(&fluid, fluid.block(), [0.0; 3], &mut |cell| all.push(cell.solid_fraction));
+    coupling.each_row(&fluid, fluid.block(), [0.0; 3], &mut |row| {
+        all.extend(row.each().map(|(_, cell)| cell.solid_fraction));
+    });
     all
 }
 

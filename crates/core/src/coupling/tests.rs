@@ -3,9 +3,9 @@
 use super::*;
 use crate::comm::{Comm, on_threads};
 use crate::domain::Domain;
-use crate::fluid::{Boundary, Collision, F16, FluidParams, Simd};
+use crate::fluid::{Boundary, CellState, Collision, F16, FlowSums, FluidParams, Simd, SumsAlongRows};
 use crate::lattice::{C, Q, opposite};
-use crate::math::from_fixed_wide;
+use crate::math::{from_fixed_wide, to_fixed};
 use crate::particle::Template;
 use crate::shape::Sphere;
 use std::f64::consts::PI;
@@ -347,8 +347,10 @@ fn left_over(solids: Method) -> [f64; 2] {
         let store = store(&decomposition, 0, &[sphere], 0.6);
         coupling.map(&store);
         let mut mass = 0.0;
-        coupling.each_cell(&fluid, fluid.block(), [0.0; 3], &mut |cell| {
-            mass += (1.0 - cell.solid_fraction) * (1.0 + cell.density_deviation);
+        coupling.each_row(&fluid, fluid.block(), [0.0; 3], &mut |row| {
+            for (_, cell) in row.each() {
+                mass += (1.0 - cell.solid_fraction) * (1.0 + cell.density_deviation);
+            }
         });
         fed += acceleration * mass;
         coupling.sweep(&mut fluid, acceleration.into(), false);
@@ -367,6 +369,54 @@ fn fluid_and_particle_keep_their_momentum_and_all_that_is_fed_into_partly_covere
         let [rest, force] = left_over(*solids);
         println!("{solids:?}: left over {rest:.1e} of forces of {force:.1e}");
         assert!(rest < 1e-9 && force > 1e-3, "{solids:?}: {rest:e} of {force:e}");
+    }
+}
+
+#[test]
+fn sums_over_rows_of_the_flow_are_those_of_its_cells_to_the_bit_with_any_instructions() {
+    let (domain, cells) = (Domain { faces: Domain::faces([true; 3]), cells: CELLS, dx: UNITS.dx }, CELLS);
+    let decomposition = Decomposition::new(domain, 1).unwrap();
+    let place = |x: f64| Particle::at(0, 0, Vec3::new(x, 2.4, 3.4));
+    let store = store(&decomposition, 0, &[place(0.3)], 0.6);
+    let of_cell = |state: &CellState| -> FlowSums {
+        let (open, u) = (1.0 - state.solid_fraction, state.velocity);
+        let [x, y, z] = u.map(|u| open * u);
+        let terms = [open, x, y, z, x * u[0], y * u[1], z * u[2], x * u[1], x * u[2], y * u[2]];
+        let mut all = [to_fixed(open * state.density_deviation); 11];
+        all.iter_mut().zip(terms).for_each(|(all, term)| *all = to_fixed(term));
+        all
+    };
+    let add = |sums: &mut FlowSums, of: &FlowSums| sums.iter_mut().zip(of).for_each(|(sum, of)| *sum += of);
+    for solids in COUPLINGS {
+        let found = |simd: Simd| {
+            let params = FluidParams { simd, ..fluid_for(solids) };
+            let mut fluid =
+                Fluid::<f32>::new(&decomposition, &Comm::Solo, &params, &Boundary::none()).unwrap();
+            fluid.set_equilibrium(|[x, y, _]| (1.001, [0.01, 0.02 * (0.3 * (x * y) as f64).sin(), -0.01]));
+            let mut coupling = Coupling::new(coupled(solids), &decomposition, 0, 0.6);
+            coupling.map(&store);
+            let (mut along, mut expected) = (SumsAlongRows::default(), vec![FlowSums::default(); cells[0]]);
+            let (mut rows, mut cut) = (Vec::new(), 0);
+            coupling.each_row(&fluid, fluid.block(), [1e-4, 0.0, -2e-4], &mut |row| {
+                let mut of_row = FlowSums::default();
+                for ([x, ..], state) in row.each() {
+                    add(&mut of_row, &of_cell(&state));
+                    add(&mut expected[x], &of_cell(&state));
+                    cut += usize::from(state.solid_fraction > 0.0 && state.solid_fraction < 1.0);
+                }
+                assert_eq!(row.sums(), of_row);
+                along.add(row);
+                rows.push(of_row);
+            });
+            let found = along.take();
+            assert_eq!(found[..cells[0]], expected);
+            assert!(cut > 50 && found[cells[0]..].iter().flatten().all(|sum| *sum == 0));
+            rows
+        };
+        let truth = found(Simd::Scalar);
+        for simd in [Simd::Sse2, Simd::Avx2, Simd::Avx512].into_iter().filter(|simd| simd.is_available()) {
+            assert_eq!(found(simd), truth, "{simd:?}");
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
 use super::bodies::BlockSolids;
+use super::flow_row::visit_rows;
 use super::kernel::{Measured, Operator, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
@@ -10,7 +11,8 @@ use super::simd::{Choose, Lanes, Registers, Single, Tally};
 use super::solid::{CHUNK, SolidModel};
 use super::solid_row::SolidRow;
 use super::walls::Walls;
-use super::{Flow, Fluid, SPEED_LIMIT, Simd};
+use super::{Flow, FlowRow, Fluid, SPEED_LIMIT, Simd};
+use crate::domain::Block;
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
 use bytemuck::Pod;
@@ -279,11 +281,24 @@ macro_rules! compiled_for {
             unsafe { sweep_block::<$s, $lanes, M, O, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce)) };
         }
     };
-    ($s:ty, $lanes:ty, $registers:ty, $measure:ident $(, $feature:literal)?) => {
+    ($s:ty, $lanes:ty, $registers:ty, measure $measure:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         fn $measure<M: SolidModel>(fluid: &Fluid<$s>, a: [f64; 3], solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
             // SAFETY: `$lanes` and `$registers` need the same instructions as this function.
             unsafe { measure_block::<$s, $lanes, $registers, M>(fluid, a, solids) }
+        }
+    };
+    ($s:ty, $lanes:ty, $registers:ty, rows $rows:ident $(, $feature:literal)?) => {
+        $(#[target_feature(enable = $feature)])?
+        fn $rows<M: SolidModel>(
+            fluid: &Fluid<$s>,
+            cells: Block,
+            a: [f64; 3],
+            solids: &BlockSolids<M>,
+            visit: &mut dyn FnMut(&FlowRow),
+        ) {
+            // SAFETY: `$lanes` and `$registers` need the same instructions as this function.
+            unsafe { visit_rows::<$s, $lanes, $registers, M>(fluid, cells, a, solids, visit) }
         }
     };
 }
@@ -406,13 +421,13 @@ macro_rules! population {
                 a: [f64; 3],
                 solids: &BlockSolids<M>,
             ) -> (Flow, [i128; 6]) {
-                compiled_for!($s, $t, Single, scalar);
+                compiled_for!($s, $t, Single, measure scalar);
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
-                    compiled_for!($s, $sse2, Narrow, sse2, "fma,f16c");
-                    compiled_for!($s, $avx2, Wide, avx2, "avx2,fma,f16c");
-                    compiled_for!($s, $avx512, Wide, avx512, "avx512f");
+                    compiled_for!($s, $sse2, Narrow, measure sse2, "fma,f16c");
+                    compiled_for!($s, $avx2, Wide, measure avx2, "avx2,fma,f16c");
+                    compiled_for!($s, $avx512, Wide, measure avx512, "avx512f");
                     call!(
                         fluid.params.simd,
                         [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, a, solids)
@@ -420,6 +435,29 @@ macro_rules! population {
                 }
                 #[cfg(not(target_arch = "x86_64"))]
                 scalar::<M>(fluid, a, solids)
+            }
+
+            fn each_row<M: SolidModel>(
+                fluid: &Fluid<Self>,
+                cells: Block,
+                a: [f64; 3],
+                solids: &BlockSolids<M>,
+                visit: &mut dyn FnMut(&FlowRow),
+            ) {
+                compiled_for!($s, $t, Single, rows scalar);
+                #[cfg(target_arch = "x86_64")]
+                {
+                    use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
+                    compiled_for!($s, $sse2, Narrow, rows sse2, "fma,f16c");
+                    compiled_for!($s, $avx2, Wide, rows avx2, "avx2,fma,f16c");
+                    compiled_for!($s, $avx512, Wide, rows avx512, "avx512f");
+                    call!(
+                        fluid.params.simd,
+                        [scalar::<M>, sse2::<M>, avx2::<M>, avx512::<M>](fluid, cells, a, solids, visit)
+                    )
+                }
+                #[cfg(not(target_arch = "x86_64"))]
+                scalar::<M>(fluid, cells, a, solids, visit)
             }
         }
     };

@@ -5,7 +5,7 @@ use super::buffer::Buffer;
 use super::simd::Single;
 use super::solid::SolidModel;
 use super::solid_row::SolidRow;
-use super::{Flow, Fluid, Population, WallLoad};
+use super::{Flow, FlowRow, Fluid, Population, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -32,43 +32,17 @@ impl<S: Population> Fluid<S> {
         (rho, u)
     }
 
-    /// Calls `visit` for all of `cells`, which are of the block, x fastest, with their state under the given solids
-    /// and the acceleration of the coming sweep: the velocity midway between before and after the collision,
-    /// `u + du / 2`, with what the cell [receives](SolidModel::received).
-    pub fn each_cell<M: SolidModel>(
+    /// Calls `visit` for the rows of `cells`, which are of the block, in ascending order, with the flow under the given solids and the
+    /// acceleration of the coming sweep: the velocity midway between before and after the collision, `u + du / 2`, with what a cell
+    /// [receives](SolidModel::received).
+    pub fn each_row<M: SolidModel>(
         &self,
         cells: Block,
         acceleration: [f64; 3],
         solids: &BlockSolids<M>,
-        mut visit: impl FnMut(CellState),
+        visit: &mut dyn FnMut(&FlowRow),
     ) {
-        let from = |corner: [usize; 3]| std::array::from_fn(|a| corner[a] - self.block.lo[a]);
-        let ([x0, y0, z0], [x1, y1, z1]): ([usize; 3], [usize; 3]) = (from(cells.lo), from(cells.hi));
-        let mut row = SolidRow::<S::Number>::new(self.layout.chunks_per_row());
-        let (model, t) = (solids.model, self.relaxation_times[0] - 0.5);
-        for (z, y) in (z0..z1).flat_map(|z| (y0..y1).map(move |y| (z, y))) {
-            row.clear();
-            solids.fill::<S::Number, Single>(y + self.layout.size[1] * z, self.layout.size[0], &mut row);
-            for x in x0..x1 {
-                if let Some(motion) = self.walls.of([x, y, z]) {
-                    let cell = [x, y, z];
-                    let centre = std::array::from_fn(|a| (cell[a] + self.block.lo[a]) as f64 + 0.5);
-                    visit(CellState {
-                        density_deviation: 0.0,
-                        velocity: motion.at(centre),
-                        solid_fraction: 1.0,
-                    });
-                    continue;
-                }
-                let (rho, u) = self.moments([x, y, z]);
-                let (solid_fraction, _, solid_velocity) = row.cell(x);
-                let [drag, driven] = model.received(solid_fraction, t);
-                let velocity = std::array::from_fn(|a| {
-                    u[a] + 0.5 * (driven * acceleration[a] + drag * (solid_velocity[a] - u[a]))
-                });
-                visit(CellState { density_deviation: rho - 1.0, velocity, solid_fraction });
-            }
-        }
+        S::each_row(self, cells, acceleration, solids, visit);
     }
 
     /// Calls `visit` for all cells of the block that bodies cover, once for each body: with the body, the offset of the cell from its

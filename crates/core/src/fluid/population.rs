@@ -15,7 +15,8 @@ use super::dispatch::{Real, Sweep};
 use super::kernel::Operator;
 use super::simd::Lanes;
 use super::solid::SolidModel;
-use super::{Flow, Fluid};
+use super::{Flow, FlowRow, Fluid};
+use crate::domain::Block;
 use bytemuck::{Pod, Zeroable};
 use half::f16;
 
@@ -41,6 +42,15 @@ pub trait Population: Pod + Send + Sync {
         acceleration: [f64; 3],
         solids: &BlockSolids<M>,
     ) -> (Flow, [i128; 6]);
+
+    #[doc(hidden)]
+    fn each_row<M: SolidModel>(
+        fluid: &Fluid<Self>,
+        cells: Block,
+        acceleration: [f64; 3],
+        solids: &BlockSolids<M>,
+        visit: &mut dyn FnMut(&FlowRow),
+    );
 
     /// The population as a number that is not rounded further.
     fn wide(self) -> f64 {

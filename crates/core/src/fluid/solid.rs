@@ -3,7 +3,7 @@
 use super::Real;
 use super::kernel::{Moments, Operator, Row, Slots};
 use super::population::{Population, PopulationLanes};
-use super::simd::Lanes;
+use super::simd::{Choose, Lanes};
 use super::solid_row::SolidRow;
 
 /// Cells of the widest register of single precision: rows are padded to a multiple of this.
@@ -54,7 +54,7 @@ pub trait SolidModel: Copy {
     }
 
     /// Momentum that a cell of solid fraction `e` receives over `rho (u_s - u)` and over `rho a`; `t = tau - 1/2`.
-    fn received(self, e: f64, t: f64) -> [f64; 2];
+    fn received<D: Choose<f64>>(self, e: D, t: f64) -> [D; 2];
 }
 
 /// Momentum of a register of cells, as a collision would see it.

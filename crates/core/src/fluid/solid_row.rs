@@ -336,6 +336,7 @@ impl<T: Real> SolidRow<T> {
     }
 
     /// Solid fraction `1 - B`, its excess over all bodies, and velocity `u_s` of a cell.
+    #[cfg(test)]
     pub(crate) fn cell(&self, x: usize) -> (f64, f64, [f64; 3]) {
         let fraction: f64 = self.fraction[x].into();
         let velocity = |values: &Vec<T>| if fraction > 0.0 { values[x].into() } else { 0.0 };

@@ -196,6 +196,13 @@ impl<S: Population> Walls<S> {
         self.rows.get(z * self.size[1] + y)?.as_deref()
     }
 
+    /// Calls `visit` with the wall cells of a row and the motion of their wall.
+    pub(crate) fn each_of_row(&self, [y, z]: [usize; 2], mut visit: impl FnMut(usize, &WallMotion)) {
+        for (cells, wall) in self.row(y, z).into_iter().flat_map(|row| &row.cells) {
+            cells.clone().for_each(|x| visit(x, &self.motions[usize::from(*wall)]));
+        }
+    }
+
     /// The wall of a cell of the block.
     pub(crate) fn of(&self, [x, y, z]: [usize; 3]) -> Option<&WallMotion> {
         let (_, wall) = self.row(y, z)?.cells.iter().find(|(cells, _)| cells.contains(&x))?;

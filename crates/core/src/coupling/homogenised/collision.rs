@@ -2,7 +2,7 @@
 
 use super::Homogenised;
 use crate::fluid::kernel::{Moments, Relaxation, Row, Slots, TwoTimes, put};
-use crate::fluid::simd::Lanes;
+use crate::fluid::simd::{Choose, Lanes};
 use crate::fluid::solid::{Covered, Measure};
 use crate::fluid::{Operator, Population, PopulationLanes, Real, SolidModel, SolidRow};
 
@@ -54,7 +54,8 @@ impl SolidModel for Homogenised {
         Measure { mean: cells.momentum, received, reflected: None }
     }
 
-    fn received(self, e: f64, _: f64) -> [f64; 2] {
-        [e, 1.0 - e]
+    #[inline(always)]
+    fn received<D: Choose<f64>>(self, e: D, _: f64) -> [D; 2] {
+        [e, D::splat(1.0) - e]
     }
 }

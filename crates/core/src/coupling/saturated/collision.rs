@@ -2,7 +2,7 @@
 
 use super::Saturated;
 use crate::fluid::kernel::{Moments, Recursive, Reflection, Relaxation, Row, Slots, put, store_pair};
-use crate::fluid::simd::Lanes;
+use crate::fluid::simd::{Choose, Lanes};
 use crate::fluid::solid::{Covered, Measure};
 use crate::fluid::{Operator, Population, PopulationLanes, Real, SolidModel, SolidRow};
 use crate::lattice::{C, Q, W};
@@ -116,10 +116,12 @@ impl SolidModel for Saturated {
         format!("-D{name} -DMOMENTUM={momentum:?}")
     }
 
-    fn received(self, e: f64, t: f64) -> [f64; 2] {
-        let x = e * (PLAIN + (1.0 - PLAIN) * e) * t;
-        let b = x / (OPEN * (1.0 - e) + LEAK + x);
-        [self.operator.momentum() * b, (1.0 - e) * (1.0 - b)]
+    #[inline(always)]
+    fn received<D: Choose<f64>>(self, e: D, t: f64) -> [D; 2] {
+        let (of, open) = (D::splat, D::splat(1.0) - e);
+        let x = e * (of(PLAIN) + of(1.0 - PLAIN) * e) * of(t);
+        let b = x.over(of(OPEN) * open + of(LEAK) + x);
+        [of(self.operator.momentum()) * b, open * (of(1.0) - b)]
     }
 }
 
