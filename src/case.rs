@@ -32,6 +32,7 @@ mod plausible;
 mod resolve;
 mod scales;
 mod schedule;
+mod sizes;
 mod space;
 mod speeds;
 mod start;

@@ -32,8 +32,8 @@ pub use motion::{
     ScalarSection, VariableScalar, VariableVector, VectorSection,
 };
 pub use particles::{
-    Entry, MovingEntry, OrientationSection, Overlaps, ParticleSection, PositionsBy, RelativeDistance,
-    RelaxDistance, SizeShare, SizeSpread, Sizes,
+    Entry, LogNormal, MovingEntry, Normal, OrientationSection, Overlaps, ParticleSection, PositionsBy,
+    RelativeDistance, RelaxDistance, SharesOf, SizeShare, SizeSpread, Sizes, Weibull,
 };
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
 pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};

@@ -1,10 +1,11 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
 use super::checks::Document;
-use super::file::{Axis, LengthUnit, MeshSection, ParticleSection, ShapeSection, Sizes};
+use super::file::{Axis, LengthUnit, MeshSection, ShapeSection};
 use super::files::Files;
 use super::listed::Listed;
 use super::materials::Materials;
+use super::sizes::sizes;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
@@ -22,10 +23,6 @@ use std::sync::Arc;
 const MOST_SIZES: usize = 10_000;
 /// Most faces of the polyhedra of all sizes together, some 400 bytes each.
 const MOST_FACES: usize = 500_000;
-/// Factor on lengths below which it may be a length itself.
-const DOUBTFUL_FACTOR: f64 = 0.05;
-/// Factor below which no run resolves a body beside one of the shape as written.
-const LEAST_FACTOR: f64 = 5e-3;
 
 /// One `[[particles]]` section.
 #[derive(Clone, Debug)]
@@ -222,55 +219,6 @@ fn through(
             "bodies that go through the box are cylinders, cuboids, and polyhedra with side faces along z";
         document.error(&key, &title, "not this shape", remedy)
     })
-}
-
-/// Factors on all lengths of a shape of this diameter (m), and the share of the particles that has each.
-fn sizes(
-    document: &Document,
-    key: &str,
-    section: &ParticleSection,
-    diameter: f64,
-    warnings: &mut Vec<String>,
-) -> Result<Vec<(f64, f64)>> {
-    let (given, sizes): (Vec<f64>, Vec<(f64, f64)>) = match &section.sizes {
-        None => return Ok(vec![(1.0, 1.0)]),
-        Some(Sizes::Shares(list)) if list.is_empty() => {
-            let remedy = "scales are factors on the lengths of the shape, e.g. 0.8";
-            return Err(document.error(key, &format!("`{key}` is empty"), "no size", remedy));
-        }
-        Some(Sizes::Shares(list)) => list.iter().map(|size| (size.scale, (size.scale, size.share))).unzip(),
-        Some(Sizes::Spread(spread)) => {
-            let [low, high] = spread.uniform;
-            if high < low {
-                let wanted = format!("a number of at least {low}");
-                let key = format!("{key}.uniform");
-                return Err(document.out_of_range(&key, high, &wanted, "the smallest factor comes first"));
-            }
-            let steps = spread.steps.unwrap_or(5);
-            let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
-            (vec![low, high], (0..steps).map(|step| (middle(step), 1.0)).collect())
-        }
-    };
-    // Of a shape a few millimetres wide no factor is a few thousandths, but a length is.
-    let is_length = |size: &f64| (0.1..10.0).contains(&(size / diameter));
-    if diameter < DOUBTFUL_FACTOR && given.iter().all(|size| *size < DOUBTFUL_FACTOR && is_length(size)) {
-        let list =
-            |unit: f64| given.iter().map(|size| (size / unit).to_string()).collect::<Vec<_>>().join(", ");
-        let title = format!(
-            "`{key}` are factors on the lengths of the shape, whose diameter is {diameter} m: are lengths meant, {} m?",
-            list(1.0)
-        );
-        let remedy = format!(
-            "if so, divide them by the diameter: {}; if not, write a smaller shape with larger factors",
-            list(diameter)
-        );
-        let label = "factors, not metres";
-        if given.iter().all(|size| *size < LEAST_FACTOR) {
-            return Err(document.error(key, &title, label, &remedy));
-        }
-        warnings.push(document.warning(key, &title, label, &remedy));
-    }
-    Ok(sizes)
 }
 
 /// Builds the shapes of one section.

@@ -70,8 +70,9 @@ pub struct ParticleSection {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PositionsBy {
-    /// Solid volume over volume of the box (-), at most 0.45, rounded up to whole particles: random positions and orientations.
-    VolumeFraction(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.45))] f64),
+    /// Solid volume over volume of the box (-), rounded up to whole particles: random positions and orientations, as in a fluid of hard bodies up to 0.45, above that
+    /// compressed from there; equal spheres reach 0.63.
+    VolumeFraction(#[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.74))] f64),
     /// Number of particles: random positions and orientations.
     Count(u64),
     /// Positions file, relative to the case file: a table with or without a header, `.xyz`, a dump or data file of LAMMPS or
@@ -210,7 +211,7 @@ pub struct OrientationSection {
 pub enum Sizes {
     /// Factors and the fraction of the particles that has each.
     Shares(Vec<SizeShare>),
-    /// Evenly spread factors.
+    /// Factors by a distribution.
     Spread(SizeSpread),
 }
 
@@ -226,14 +227,75 @@ pub struct SizeShare {
     pub share: f64,
 }
 
-/// Sizes evenly spread over a range, the same number of particles in each step.
+/// A distribution of factors on all lengths: one of `uniform`, `normal`, `log_normal`, `weibull` and `sieve`. With a shape of 1 mm factors are millimetres.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["uniform"] }, { "required": ["normal"] }, { "required": ["log_normal"] }, { "required": ["weibull"] }, { "required": ["sieve"] }]))]
 pub struct SizeSpread {
-    /// Smallest and largest factor on all lengths (-), e.g. `[0.8, 1.2]`; each step has the factor in its middle.
+    /// Smallest and largest factor on all lengths (-), e.g. `[0.8, 1.2]`; each of `steps` has the factor in its middle.
     #[schemars(transform = positive)]
-    pub uniform: [f64; 2],
-    /// Number of sizes, from 1 to 1000. Default 5.
+    pub uniform: Option<[f64; 2]>,
+    /// Normal distribution, e.g. `{ mean = 1, deviation = 0.1 }`; `range` is by default three deviations to both sides.
+    pub normal: Option<Normal>,
+    /// Log-normal distribution, e.g. `{ median = 1, deviation = 1.3 }`; `range` is by default three deviations to both sides.
+    pub log_normal: Option<LogNormal>,
+    /// Distribution of Weibull, by mass that of Rosin and Rammler, e.g. `{ scale = 1, shape = 3 }`; `range` leaves out 0.001 at both ends by default.
+    pub weibull: Option<Weibull>,
+    /// Sieve curve: rows of a factor, ascending, and the mass fraction that passes (-), from 0 to 1, e.g. `[[0.25, 0], [0.5, 0.2], [1, 0.7], [2, 1]]`; between
+    /// rows a line over the logarithm of the size.
+    pub sieve: Option<Vec<[f64; 2]>>,
+    /// What the distribution is of: "number" or "mass" of the particles. Default "number", with `weibull` "mass"; a sieve curve is of mass.
+    pub by: Option<SharesOf>,
+    /// Smallest and largest factor (-), beyond which the distribution is cut off.
+    #[schemars(transform = positive)]
+    pub range: Option<[f64; 2]>,
+    /// Number of sizes, from 1 to 1000, each the mean of its class by mass; of a sieve curve as many between each two rows, rounded up. Default 20, with `uniform` 5.
     #[schemars(extend("minimum" = 1, "maximum" = 1000))]
     pub steps: Option<u32>,
+}
+
+/// What the shares of a distribution are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum SharesOf {
+    /// The number of particles.
+    Number,
+    /// Their mass.
+    Mass,
+}
+
+/// A normal distribution.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Normal {
+    /// Mean factor on all lengths (-).
+    #[schemars(transform = positive)]
+    pub mean: f64,
+    /// Standard deviation (-).
+    #[schemars(transform = positive)]
+    pub deviation: f64,
+}
+
+/// A log-normal distribution.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LogNormal {
+    /// Median of the factor on all lengths (-).
+    #[schemars(transform = positive)]
+    pub median: f64,
+    /// Geometric standard deviation (-), above 1.
+    #[schemars(transform = positive)]
+    pub deviation: f64,
+}
+
+/// A distribution of Weibull.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Weibull {
+    /// Factor on all lengths (-) that 63 % lie below.
+    #[schemars(transform = positive)]
+    pub scale: f64,
+    /// Exponent (-).
+    #[schemars(transform = positive)]
+    pub shape: f64,
 }

@@ -6,13 +6,21 @@ use turbid::case::insertion::{Amount, RemovedFrom};
 
 /// Templates and walls that get a row of their own.
 const SHOWN: usize = 8;
+/// Sizes of a section that their own rows say enough of.
+const SIZES_SHOWN: usize = 2;
 
-/// One row for each kind and size of particle.
-pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
+/// Number of the particles of each template, those that come during the run included.
+fn counts(setup: &Setup) -> Vec<usize> {
     let mut counts = vec![0_usize; setup.templates.len()];
     for (template, count) in setup.expected_counts() {
         counts[template] = counts[template].saturating_add(count);
     }
+    counts
+}
+
+/// One row for each kind and size of particle.
+pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
+    let counts = counts(setup);
     let one = |index: usize| {
         let (template, count) = (&setup.templates[index], counts[index]);
         let shape = &template.shape;
@@ -38,6 +46,47 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
         rows.push(row("", format!("and {} more", setup.templates.len() - SHOWN), ""));
     }
     rows
+}
+
+/// A row for each section with several sizes: what its distribution has become.
+pub(super) fn size_rows(setup: &Setup) -> Vec<Row> {
+    let sections = setup.sections.iter().max().map_or(0, |last| last + 1);
+    (0..sections).filter_map(|section| size_row(setup, section)).collect()
+}
+
+fn size_row(setup: &Setup, section: usize) -> Option<Row> {
+    let counts = counts(setup).into_iter().enumerate();
+    let mut sizes: Vec<[f64; 2]> = counts
+        .filter(|(template, count)| setup.sections[*template] == section && *count > 0)
+        .map(|(template, count)| {
+            let shape = &setup.templates[template].shape;
+            [shape.equivalent_diameter(), count as f64 * shape.volume()]
+        })
+        .collect();
+    if sizes.len() <= SIZES_SHOWN {
+        return None;
+    }
+    sizes.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let whole: f64 = sizes.iter().map(|[_, volume]| volume).sum();
+    let below = |part: f64| {
+        let mut sum = 0.0;
+        let reached = sizes.iter().find(|[_, volume]| {
+            sum += volume;
+            sum >= part * whole
+        });
+        reached.or(sizes.last()).map_or(0.0, |[diameter, _]| *diameter)
+    };
+    let surface: f64 = sizes.iter().map(|[diameter, volume]| volume / diameter).sum();
+    let remark = format!(
+        "of particles.{section}, {:.4e} to {:.4e} m; 10, 50, 90 % of the mass up to {:.4e}, {:.4e}, {:.4e} m; Sauter mean {:.4e} m",
+        sizes[0][0],
+        sizes[sizes.len() - 1][0],
+        below(0.1),
+        below(0.5),
+        below(0.9),
+        whole / surface
+    );
+    Some(row("sizes", sizes.len().to_string(), remark))
 }
 
 /// Rows on particles that come and go, and on the volume fraction with all that come.
