@@ -2,9 +2,10 @@
 //!
 //! Random points are pushed apart pair by pair until no two spheres are closer than allowed. Bodies of other shapes
 //! start from there, as spheres of the same volume, and are [relaxed](relax) further. Then all are [mixed](mix) until
-//! they are distributed as in a fluid of hard bodies. Bodies that come during a run are [inserted](insertion). Only `+ - * /`, square roots and streams of random numbers are
+//! they are distributed as in a fluid of hard bodies, and in dense packings [squeezed](dense). Bodies that come during a run are [inserted](insertion). Only `+ - * /`, square roots and streams of random numbers are
 //! used: the same seed gives the same bits on any machine.
 
+pub mod dense;
 pub mod insertion;
 pub mod mix;
 mod neighbours;
@@ -19,8 +20,12 @@ use neighbours::Bins;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-/// Largest solid volume fraction accepted for random packing (-).
+/// Largest solid volume fraction (-) at which bodies are put at random and pushed apart; where it is more, they are [squeezed](dense).
 pub const MAX_VOLUME_FRACTION: f64 = 0.45;
+/// Largest solid volume fraction accepted (-), which no random packing reaches.
+pub const MAX_DENSE_FRACTION: f64 = 0.74;
+/// Volume fraction at which bodies that are squeezed begin (-).
+pub const LOOSE: f64 = 0.4;
 /// Largest volume fraction of the spheres with their gaps (-); random close packing ends at 0.64.
 pub const MAX_GROWN_FRACTION: f64 = 0.52;
 /// Smallest gap between surfaces in diameters if the case gives none, as in the data set of Marquardt et al. (2024).

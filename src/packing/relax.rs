@@ -121,6 +121,19 @@ pub fn relax(
     fixed: usize,
     limits: Option<&[f64]>,
 ) -> bool {
+    relax_within(MAX_ROUNDS, domain, walls, contours, poses, fixed, limits)
+}
+
+/// As [`relax`], giving up after a number of rounds.
+pub(super) fn relax_within(
+    rounds: usize,
+    domain: Domain,
+    walls: &[Surface],
+    contours: &[GrownShape],
+    poses: &mut [Pose],
+    fixed: usize,
+    limits: Option<&[f64]>,
+) -> bool {
     let starts = poses.to_vec();
     let movers: Vec<Mover> = contours.iter().map(Mover::new).collect();
     let radii: Vec<f64> = poses.iter().map(|p| contours[p.contour].reach()).collect();
@@ -133,7 +146,7 @@ pub fn relax(
     let touching = if limits.is_some() { TOUCHING } else { 0.0 };
     // The sum of all overlaps in units of the reach, and the round since which it has not shrunk.
     let mut least_sum = (f64::INFINITY, 0);
-    for round in 0..MAX_ROUNDS {
+    for round in 0..rounds {
         let positions: Vec<Vec3> = poses.iter().map(|p| p.position).collect();
         let (mut touched, mut sum) = (false, 0.0);
         for &[a, b] in finder.find(&positions, &radii) {
@@ -199,7 +212,7 @@ pub fn relax(
         }
         if sum < SHRINKS * least_sum.0 {
             least_sum = (sum, round);
-        } else if limits.is_some() && round - least_sum.1 > PATIENCE {
+        } else if round - least_sum.1 > if limits.is_some() { PATIENCE } else { MAX_ROUNDS } {
             return false;
         }
     }

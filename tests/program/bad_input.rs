@@ -88,7 +88,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         ("[4, 4, 4]", "[4, 4, -4]", &["bad.toml:3:29", "`domain.size.diameters` is -4", "above 0"]),
         ("1.5e-3", "0", &["bad.toml:14:33", "`particles.0.shape.sphere.diameter` is 0", "metres"]),
         ("sphere", "spere", &["bad.toml:14:", "unknown choice `spere`", "did you mean `sphere`"]),
-        ("volume_fraction = 0.1", "volume_fraction = 0.5", &["bad.toml:16:19", "is 0.5", "at most 0.45"]),
+        ("volume_fraction = 0.1", "volume_fraction = 0.8", &["bad.toml:16:19", "is 0.8", "at most 0.74"]),
         (
             "volume_fraction = 0.1",
             "volume_fraction = 0",

@@ -3,9 +3,11 @@
 use super::Placer;
 use super::relaxed::pose;
 use crate::case::file::{ParticleSection, PositionsBy};
+use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::{Quat, Vec3};
 use crate::memory;
+use crate::packing::dense::{squeeze, widened};
 use crate::packing::mix::mix;
 use crate::packing::relax::{Pose, random_orientations, relax};
 use crate::packing::{self, Ball};
@@ -29,7 +31,7 @@ impl Placer<'_> {
             PositionsBy::Count(count) => count,
             PositionsBy::File(_) | PositionsBy::List(_) => 0,
         };
-        let limit = packing::MAX_VOLUME_FRACTION;
+        let limit = packing::MAX_DENSE_FRACTION;
         let most = (limit * self.free_volume / volume) as u64;
         if count > most {
             let remedy = format!(
@@ -120,19 +122,27 @@ impl Placer<'_> {
     ) -> Result<()> {
         let templates = &self.kinds.templates;
         let mut gaps = vec![0.0; templates.len()];
-        let mut drawn = Vec::new();
+        let (mut drawn, mut asked) = (Vec::new(), Vec::new());
         let mut seed = 0_u64;
         for &(index, count) in random {
             let kind = &self.document.case.particles[index];
-            for template in self.kinds.sections[index].templates() {
-                let usual = 2.0 * self.radius(template) * packing::DEFAULT_GAP;
-                gaps[template] = kind.minimum_gap.unwrap_or(usual.max(clear));
-            }
+            asked.push((self.kinds.sections[index].templates(), kind.minimum_gap));
             for (template, count) in self.allot(index, count) {
                 drawn.extend(std::iter::repeat_n(template, count));
             }
             // One section: its own seed. Several: each of them matters.
             seed = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(kind.seed.unwrap_or(1));
+        }
+        let volume = |template: usize| templates[template].shape.volume();
+        let drawn_volume = drawn.iter().map(|&template| volume(template)).sum::<f64>();
+        // One particle more than the fraction asks for is a rounding, not a denser packing.
+        let one = drawn.iter().map(|&template| volume(template)).fold(0.0, f64::max);
+        let is_dense = drawn_volume > packing::MAX_VOLUME_FRACTION * self.free_volume + one;
+        for (of_section, gap) in asked {
+            for template in of_section {
+                let usual = if is_dense { 0.0 } else { 2.0 * self.radius(template) * packing::DEFAULT_GAP };
+                gaps[template] = gap.unwrap_or(usual.max(clear));
+            }
         }
         let ball = |template: usize| Ball { radius: self.radius(template), half_gap: 0.5 * gaps[template] };
         let fixed: Vec<(Vec3, Ball)> =
@@ -148,20 +158,32 @@ impl Placer<'_> {
             listed.chain(&balls).map(volume).sum::<f64>() / room
         };
         let (solid, grown) = (fraction(0.0), fraction(1.0));
-        // One particle more than the fraction asks for is a rounding, not a denser packing.
-        let one = balls.iter().map(|b| 4.2 * cube(b.radius)).fold(0.0, f64::max) / self.free_volume;
         let refused = || self.no_room(first, balls.len(), solid, grown);
-        if solid > packing::MAX_VOLUME_FRACTION + one || grown > packing::MAX_GROWN_FRACTION {
+        let most = if is_dense { packing::MAX_DENSE_FRACTION } else { packing::MAX_GROWN_FRACTION };
+        if solid > packing::MAX_VOLUME_FRACTION + one / self.free_volume && !is_dense || grown > most {
             return Err(refused());
         }
-        let walls: Vec<Surface> = self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
-        let positions = packing::pack(&self.domain, &walls, &fixed, &balls, seed).ok_or_else(refused)?;
+        let wanted_walls: Vec<Surface> =
+            self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
+        // Dense packings begin in a box that is wider.
+        let wide = if is_dense { libm::cbrt(grown / packing::LOOSE) } else { 1.0 };
+        let walls = match is_dense {
+            false => wanted_walls.clone(),
+            true => {
+                let widened: Option<Vec<Surface>> =
+                    wanted_walls.iter().map(|wall| widened(wall, wide)).collect();
+                widened.ok_or_else(|| self.dense_in_mesh(first, solid))?
+            }
+        };
+        let domain = Domain { dx: self.domain.dx * wide, ..self.domain };
+        let fixed: Vec<(Vec3, Ball)> = fixed.into_iter().map(|(at, ball)| (at * wide, ball)).collect();
+        let positions = packing::pack(&domain, &walls, &fixed, &balls, seed).ok_or_else(refused)?;
         let orientations = random_orientations(positions.len(), seed);
         let is_sphere = |template: usize| templates[template].shape.as_sphere().is_some();
         let fresh = positions.iter().zip(&orientations).zip(&drawn);
         let mut poses: Vec<Pose> = particles
             .iter()
-            .map(pose)
+            .map(|particle| Pose { position: particle.position() * wide, ..pose(particle) })
             .chain(fresh.map(|((&position, &orientation), &template)| Pose {
                 contour: template,
                 position,
@@ -171,11 +193,17 @@ impl Placer<'_> {
         let contours = self.contours(gaps);
         // Spheres are clear of each other already.
         if poses.iter().any(|pose| !is_sphere(pose.contour))
-            && !relax(self.domain, &walls, &contours, &mut poses, particles.len(), None)
+            && !relax(domain, &walls, &contours, &mut poses, particles.len(), None)
         {
             return Err(refused());
         }
-        mix(&self.domain, &walls, &contours, &mut poses, particles.len(), seed);
+        mix(&domain, &walls, &contours, &mut poses, particles.len(), seed);
+        if is_dense {
+            if !squeeze(&self.domain, &wanted_walls, &contours, &mut poses, particles.len(), wide) {
+                return Err(self.jammed(first, solid));
+            }
+            mix(&self.domain, &wanted_walls, &contours, &mut poses, particles.len(), seed);
+        }
         let next = particles.iter().map(|p| p.id + 1).max().unwrap_or(0);
         let fresh = poses.drain(particles.len()..);
         particles.extend((next..).zip(fresh).map(|(id, pose)| {
@@ -200,6 +228,23 @@ impl Placer<'_> {
         kind.templates().zip(counts).collect()
     }
 
+    fn dense_in_mesh(&self, first: usize, solid: f64) -> Error {
+        let title = format!("a volume fraction of {solid:.3} is wanted within walls made of a mesh");
+        let remedy = format!(
+            "random packing goes up to {} there; pour the particles in, and take the end of that run: `turbid pack --from`",
+            packing::MAX_VOLUME_FRACTION
+        );
+        self.document.error(&format!("particles.{first}"), &title, "too dense for this", &remedy)
+    }
+
+    fn jammed(&self, first: usize, solid: f64) -> Error {
+        let title =
+            format!("random bodies do not come apart at a volume fraction of {solid:.4}: they jam before");
+        let remedy = "random packings end at 0.64 for equal spheres, 0.6 to 0.7 for other bodies, less beside walls; take less, another `seed`, a larger \
+                      box or a smaller `minimum_gap`";
+        self.document.error(&format!("particles.{first}"), &title, "too dense", remedy)
+    }
+
     fn no_room(&self, first: usize, count: usize, solid: f64, grown: f64) -> Error {
         let title = format!(
             "no room for {count} random particles: volume fraction {solid:.3}, with their gaps {grown:.3}"
@@ -211,5 +256,51 @@ impl Placer<'_> {
             packing::MAX_GROWN_FRACTION
         );
         self.document.error(&format!("particles.{first}.minimum_gap"), &title, "random positions", &remedy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::case::{Setup, from_text};
+    use crate::error::Result;
+
+    fn dense(fraction: f64, more: &str) -> Result<Setup> {
+        let text = format!(
+            "domain = {{ size = [4e-3, 4e-3, 4.5e-3], periodic = [true, true, false] }}\n\
+             dry.time_step = 1e-6\nrun.end.steps = 1\noutput.directory = \"out\"\n{more}\
+             [[particles]]\nshape.sphere.diameter = 5e-4\ndensity = 2000\nlist = [[2e-3, 2e-3, 2e-3]]\nmotion = \"fixed\"\n\
+             [[particles]]\nshape.sphere.diameter = 5e-4\ndensity = 2000\nvolume_fraction = {fraction}\n"
+        );
+        from_text(&text, "dense", &[])
+    }
+
+    #[test]
+    fn dense_random_particles_lie_clear_of_each_other_of_fixed_ones_and_of_walls() {
+        let setup = dense(0.56, "").unwrap_or_else(|e| panic!("{e}"));
+        assert!((setup.volume_fraction - 0.56).abs() < 2e-3 + 1.0 / 1000.0, "{}", setup.volume_fraction);
+        let particles = &setup.particles;
+        assert!((particles[0].position[0] - 2e-3).abs() < 1e-15, "the fixed one stays");
+        for (n, a) in particles.iter().enumerate() {
+            assert!((2.5e-4..=4.25e-3).contains(&a.position[2]));
+            for b in &particles[..n] {
+                let apart = setup.domain.nearest_image(b.position() - a.position()).norm();
+                assert!(apart >= 5e-4, "{apart}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_jams_before_and_what_is_dense_in_a_mesh_is_refused_with_a_remedy() {
+        let jams = dense(0.7, "").unwrap_err().to_string();
+        assert!(jams.contains("they jam before") && jams.contains("equal spheres"), "{jams}");
+        let hopper = concat!(env!("CARGO_MANIFEST_DIR"), "/cases/hopper.stl");
+        let mesh = format!(
+            "walls = [{{ name = \"hopper\", mesh = {{ file = \"{hopper}\", unit = \"mm\", position = [2e-3, 2e-3, 1e-3] }} }}]\n"
+        );
+        let refused = dense(0.5, &mesh).unwrap_err().to_string();
+        assert!(
+            refused.contains("within walls made of a mesh") && refused.contains("turbid pack --from"),
+            "{refused}"
+        );
     }
 }
