@@ -24,12 +24,23 @@ use crate::wall::Surface;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// Rounds before giving up; cubes at a volume fraction of 0.3 take some dozen.
-const MAX_ROUNDS: usize = 3000;
-/// Push a little further than needed, so that the end is reached in finitely many rounds: by this part of the depth,
-const OVERSHOOT: f64 = 0.02;
-/// and by this part of the reach of the smaller body, as overlaps shrink without end otherwise.
-const MARGIN: f64 = 1e-3;
+/// How bodies are pushed apart.
+pub(super) struct Pushing {
+    /// Rounds before giving up.
+    pub(super) rounds: usize,
+    /// Rounds before giving up in which the sum of the overlaps has not shrunk.
+    pub(super) patience: usize,
+    /// Push a little further than needed, so that the end is reached in finitely many rounds: by this part of the depth,
+    pub(super) overshoot: f64,
+    /// and by this part of the reach of the smaller body, as overlaps shrink without end otherwise.
+    pub(super) margin: f64,
+    /// Way over its reach that a body may go before neighbours are looked for again.
+    pub(super) skin: f64,
+}
+
+/// Cubes at a volume fraction of 0.3 take some dozen rounds.
+const USUAL: Pushing =
+    Pushing { rounds: 3000, patience: usize::MAX, overshoot: 0.02, margin: 1e-3, skin: 0.0 };
 /// Depth in units of the reach up to which bodies that are moved within limits touch, but do not overlap.
 pub const TOUCHING: f64 = 1e-9;
 /// Bodies that may not move far give up after this many rounds in which the sum of the overlaps has not shrunk to this part.
@@ -121,12 +132,13 @@ pub fn relax(
     fixed: usize,
     limits: Option<&[f64]>,
 ) -> bool {
-    relax_within(MAX_ROUNDS, domain, walls, contours, poses, fixed, limits)
+    let patience = if limits.is_some() { PATIENCE } else { USUAL.patience };
+    relax_by(&Pushing { patience, ..USUAL }, domain, walls, contours, poses, fixed, limits)
 }
 
-/// As [`relax`], giving up after a number of rounds.
-pub(super) fn relax_within(
-    rounds: usize,
+/// As [`relax`], by other pushes.
+pub(super) fn relax_by(
+    by: &Pushing,
     domain: Domain,
     walls: &[Surface],
     contours: &[GrownShape],
@@ -143,13 +155,21 @@ pub(super) fn relax_within(
         }
     };
     let mut finder = PairFinder::new(domain);
+    let reaches: Vec<f64> = radii.iter().map(|radius| radius * (1.0 + by.skin)).collect();
+    let (mut pairs, mut found_at) = (Vec::new(), Vec::new());
     let touching = if limits.is_some() { TOUCHING } else { 0.0 };
     // The sum of all overlaps in units of the reach, and the round since which it has not shrunk.
     let mut least_sum = (f64::INFINITY, 0);
-    for round in 0..rounds {
-        let positions: Vec<Vec3> = poses.iter().map(|p| p.position).collect();
+    for round in 0..by.rounds {
+        let far = |((pose, from), radius): ((&Pose, &Vec3), &f64)| {
+            domain.nearest_image(pose.position - from).norm() > by.skin * radius
+        };
+        if round == 0 || poses.iter().zip(&found_at).zip(&radii).any(far) {
+            found_at = poses.iter().map(|p| p.position).collect();
+            pairs = finder.find(&found_at, &reaches).to_vec();
+        }
         let (mut touched, mut sum) = (false, 0.0);
-        for &[a, b] in finder.find(&positions, &radii) {
+        for &[a, b] in &pairs {
             let (a, b) = (a as usize, b as usize);
             if b < fixed {
                 continue;
@@ -157,6 +177,9 @@ pub(super) fn relax_within(
             for shift in domain.shifts(radii[a] + radii[b]) {
                 let nearest = domain.nearest_image(poses[b].position - poses[a].position);
                 let offset = domain.shifted(nearest, shift);
+                if by.skin > 0.0 && offset.norm() >= radii[a] + radii[b] {
+                    continue;
+                }
                 let [first, second] = [a, b].map(|i| body(contours, &poses[i]));
                 let Some(overlap) = overlap(Geometry::Exact, &first, &second, offset) else {
                     continue;
@@ -172,7 +195,7 @@ pub(super) fn relax_within(
                     weights[0] = None;
                 }
                 sum += overlap.depth / least;
-                let way = overlap.depth * (1.0 + OVERSHOOT) + MARGIN * least;
+                let way = overlap.depth * (1.0 + by.overshoot) + by.margin * least;
                 push(&domain, poses, [a, b], weights, levers, overlap.normal, way);
                 for i in [a, b].into_iter().filter(|i| *i >= fixed) {
                     hold(&mut poses[i], i);
@@ -202,7 +225,7 @@ pub(super) fn relax_within(
                 touched = true;
                 sum += depth / radii[i];
                 let weights = [Some(&movers[poses[i].contour]), None];
-                let way = depth * (1.0 + OVERSHOOT) + MARGIN * radii[i];
+                let way = depth * (1.0 + by.overshoot) + by.margin * radii[i];
                 push(&domain, poses, [i, i], weights, [point; 2], normal, way);
                 hold(&mut poses[i], i);
             }
@@ -212,7 +235,7 @@ pub(super) fn relax_within(
         }
         if sum < SHRINKS * least_sum.0 {
             least_sum = (sum, round);
-        } else if round - least_sum.1 > if limits.is_some() { PATIENCE } else { MAX_ROUNDS } {
+        } else if round - least_sum.1 > by.patience {
             return false;
         }
     }

@@ -23,6 +23,8 @@ mod mesh_walls;
 mod net_flux;
 mod open_faces;
 mod oscillating_flow;
+mod packed_bed;
+mod packings;
 mod periodic_settling;
 mod prescribed_motion;
 mod random_array;
@@ -74,6 +76,7 @@ pub const CASES: &[Case] = &[
     open_faces::CASE,
     cylinder::CASE,
     flow_past_sphere::CASE,
+    packed_bed::CASE,
     fluidised_bed::CASE,
     sphere_array::CASE,
     oscillating_flow::CASE,
@@ -88,6 +91,7 @@ pub const CASES: &[Case] = &[
     restitution::CASE,
     friction::CASE,
     hard_sphere_gas::CASE,
+    packings::CASE,
     slope::CASE,
     cohesion::CASE,
     agglomerate::CASE,
