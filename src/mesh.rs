@@ -82,7 +82,7 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
         ignore_lines: true,
         ..Default::default()
     };
-    let bytes = &joined(bytes)[..];
+    let bytes = &joined(&with_newlines(bytes))[..];
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
         .map_err(|e| format!("is no OBJ file that can be read: {e}"))?;
@@ -100,6 +100,17 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
         }
     }
     Ok(facets)
+}
+
+/// Text whose lines end with a line feed: those of old programs end with a carriage return alone.
+fn with_newlines(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let is_alone = |pair: &[u8]| pair[0] == b'\r' && pair[1] != b'\n';
+    if !bytes.windows(2).any(is_alone) {
+        return Cow::Borrowed(bytes);
+    }
+    let next = bytes.iter().skip(1).copied().chain([b'\n']);
+    let change = |(&byte, next): (&u8, u8)| if byte == b'\r' && next != b'\n' { b'\n' } else { byte };
+    Cow::Owned(bytes.iter().zip(next).map(change).collect())
 }
 
 /// The lines of an OBJ file, of which one that ends with `\\` continues in the next.

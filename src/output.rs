@@ -51,4 +51,4 @@ pub use statistics::{
 pub use summary::{NetFluxControl, ReferenceScales, ShapeSummary, Summary, WallSummary};
 pub use surfaces::ParticleSurfaces;
 pub use vti::{Fields, write_fields, write_fields_index};
-pub use walls::write_walls;
+pub use walls::{write_walls, write_wear};

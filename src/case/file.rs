@@ -402,6 +402,9 @@ pub struct OutputSection {
     /// Contacts (.vtp). Default: as often as particles.
     #[schemars(transform = free)]
     pub contacts_every: Option<Every>,
+    /// Wear of walls from meshes (.vtp): contact force and work of friction by facet, summed over time from the start. Default: "never".
+    #[schemars(transform = free)]
+    pub wear_every: Option<Every>,
     /// Pictures (.png). Default: 10 over the run.
     #[schemars(transform = free)]
     pub picture_every: Option<Every>,

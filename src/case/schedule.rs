@@ -2,7 +2,7 @@
 
 use super::Setup;
 use super::checks::{Clock, Document};
-use super::file::{CheckpointEvery, Duration, Every, RunEnd, SteadySection};
+use super::file::{CheckpointEvery, Duration, Every, RunEnd, SteadySection, WallShape};
 use super::pictures::{PicturePlan, pictures};
 use super::statistics::{self, Dynamics, Profile, Structure};
 use crate::device;
@@ -62,6 +62,8 @@ pub struct OutputPlan {
     pub surfaces_every: u64,
     /// Steps between files of contacts.
     pub contacts_every: u64,
+    /// Steps between files of the wear of walls; 0 if it is not kept.
+    pub wear_every: u64,
     /// Steps between rows of `profiles.csv`; 0 without profiles.
     pub profiles_every: u64,
     /// The profiles.
@@ -150,7 +152,7 @@ impl RunPlan {
     }
 
     /// Numbers of steps whose defaults depend on the length of the run, by key; 0 is never.
-    fn spacings(&self) -> [(&'static str, u64); 10] {
+    fn spacings(&self) -> [(&'static str, u64); 11] {
         let plan = &self.output;
         [
             ("run.average_from", self.average_from_step),
@@ -159,6 +161,7 @@ impl RunPlan {
             ("output.particles_every", plan.particles_every),
             ("output.surfaces_every", plan.surfaces_every),
             ("output.contacts_every", plan.contacts_every),
+            ("output.wear_every", plan.wear_every),
             ("output.profiles_every", plan.profiles_every),
             ("output.picture_every", plan.picture_every),
             ("output.structure.every", plan.structure.map_or(0, |structure| structure.every)),
@@ -315,6 +318,12 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
         let title = "`output.fields_every` has no meaning in a dry run";
         return Err(document.error("output.fields_every", title, "there is no field to write", "remove it"));
     }
+    let has_mesh = document.case.walls.iter().any(|wall| matches!(wall.shape, WallShape::Mesh(_)));
+    if !has_mesh && output.wear_every.is_some_and(|every| every != Every::Never) {
+        let title = "`output.wear_every` is that of walls from meshes, and this case has none";
+        let remedy = "give a wall a `mesh` (docs/cases.md), or leave the key out";
+        return Err(document.error("output.wear_every", title, "no facets", remedy));
+    }
     let every = |key: &str, value: Option<Every>, number: u64| {
         document.interval(&format!("output.{key}"), value, clock, end_step / number)
     };
@@ -332,6 +341,10 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
         contacts_every: match output.contacts_every {
             None => particles_every,
             asked => every("contacts_every", asked, 50)?,
+        },
+        wear_every: match output.wear_every {
+            None => 0,
+            asked => every("wear_every", asked, 50)?,
         },
         picture_every: match output.picture_every {
             None if !cfg!(feature = "pictures") => 0,

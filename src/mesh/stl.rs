@@ -4,6 +4,7 @@
 //! how many facets there are, and may begin with `solid`, too. Coordinates have single precision in both. A text file
 //! may hold several solids.
 
+use super::with_newlines;
 use crate::input;
 use crate::math::Vec3;
 
@@ -20,7 +21,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     }
     let begin = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if begin.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !begin.contains(&0) {
-        return text(&String::from_utf8_lossy(begin));
+        return text(&String::from_utf8_lossy(&with_newlines(begin)));
     }
     let has = bytes.len();
     Err(match count.zip(length) {

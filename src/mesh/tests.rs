@@ -59,6 +59,11 @@ fn a_cube_from_any_file_is_the_cuboid() {
             let text = String::from_utf8(text_stl(&facets)).unwrap().to_uppercase();
             format!("\u{feff} {}", text.replace('\n', "\r\n")).into_bytes()
         }),
+        ("carriage_returns.stl", {
+            let text = String::from_utf8(text_stl(&facets)).unwrap();
+            text.replace('\n', "\r").into_bytes()
+        }),
+        ("carriage_returns.obj", OBJ_CUBE.replace('\n', "\r").into_bytes()),
         ("nameless.stl", {
             let text = String::from_utf8(text_stl(&facets)).unwrap();
             text.replace(" test", "").into_bytes()

@@ -52,6 +52,7 @@ fn of(
     };
     let attempt = if closed.is_empty() { None } else { Some(mesh(&closed)?) };
     match attempt {
+        Some(Ok(mesh)) if mesh.inverted().is_some() => Err(inside_out(&mesh)),
         Some(Ok(mesh)) if mesh.is_closed() => Ok((mesh, closed.dropped().into_iter().collect())),
         Some(Err(flaw)) => Err(format!(
             "{flaw}, the first of {} from {}; close the mesh, or leave `side` out: then it is a sheet, which acts on both sides",
@@ -64,6 +65,16 @@ fn of(
             Ok((mesh, sheet.dropped().into_iter().collect()))
         }
     }
+}
+
+fn inside_out(mesh: &WallMesh) -> String {
+    let [a, b, c] = mesh.corners(mesh.inverted().unwrap_or_default());
+    let middle = (a + b + c) / 3.0;
+    let [x, y, z] = [middle.x, middle.y, middle.z];
+    format!(
+        "the surface runs through itself, and is inside out at ({x:.4e}, {y:.4e}, {z:.4e}) m; repair the mesh (MeshLab: remove \
+         self-intersections, or take a union), or take `side = \"both\"`: then it is a sheet, which acts on both sides"
+    )
 }
 
 fn place(flaw: &Flaw) -> String {
@@ -105,6 +116,40 @@ mod tests {
         for words in ["open: 3 edges", "the first of facet", "m to (", "leave `side` out"] {
             assert!(said.contains(words), "{said}");
         }
+    }
+
+    #[test]
+    fn a_surface_that_runs_through_itself_and_is_inside_out_beyond_is_refused_with_the_place() {
+        // A prism over a bow tie: its second wing has the other sense.
+        let at = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
+        let low = [at(0.0, 0.0, 0.0), at(3.0, 2.0, 0.0), at(3.0, 0.0, 0.0), at(0.0, 1.0, 0.0)];
+        let high = low.map(|corner| corner + Vec3::z());
+        let mut facets = vec![
+            [low[0], low[2], low[1]],
+            [low[0], low[3], low[2]],
+            [high[0], high[1], high[2]],
+            [high[0], high[2], high[3]],
+        ];
+        for n in 0..4 {
+            let m = (n + 1) % 4;
+            facets.extend([[low[n], low[m], high[m]], [low[n], high[m], high[n]]]);
+        }
+        let said = read(&text_stl(&facets), None).unwrap_err();
+        for words in ["runs through itself", "inside out at (", "side = \"both\""] {
+            assert!(said.contains(words), "{said}");
+        }
+        assert_eq!(read(&text_stl(&facets), Some(FreeSide::Both)).unwrap().0.free(), FreeSide::Both);
+    }
+
+    #[test]
+    fn boxes_that_overlap_are_one_wall_and_the_description_says_so() {
+        let shifted =
+            box_facets(Vec3::repeat(4.0)).into_iter().map(|f| f.map(|corner| corner + Vec3::repeat(1.5)));
+        let facets: Vec<_> = box_facets(Vec3::repeat(4.0)).into_iter().chain(shifted).collect();
+        let (mesh, _) = read(&text_stl(&facets), None).unwrap();
+        assert!(mesh.inverted().is_none() && mesh.to_string().contains("overlaps counted twice"), "{mesh}");
+        let (mesh, _) = read(&text_stl(&facets[..12]), None).unwrap();
+        assert!(!mesh.to_string().contains("twice"), "{mesh}");
     }
 
     #[test]

@@ -10,6 +10,7 @@
 //!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
 //!   contacts.pvd      contacts/contacts_0000001000.vtp ...
 //!   force_chains.pvd  force_chains/force_chains_0000001000.vtp ...
+//!   wear.pvd          wear/wear_0000001000.vtp ...
 //!   pictures/NAME_0000001000.png ...
 //!   checkpoints/step-0000001000/ ...
 //! ```
@@ -108,9 +109,11 @@ pub const SURFACES: Numbered = Numbered::new("surfaces", "surfaces_", ".vtp");
 pub const CONTACTS: Numbered = Numbered::new("contacts", "contacts_", ".vtp");
 /// Force chains.
 pub const FORCE_CHAINS: Numbered = Numbered::new("force_chains", "force_chains_", ".vtp");
+/// Wear of walls from meshes.
+pub const WEAR: Numbered = Numbered::new("wear", "wear_", ".vtp");
 /// Pictures, each kind with a [name](Numbered::named_file) of its own.
 pub const PICTURES: Numbered = Numbered::new("pictures", "", ".png");
-const NUMBERED: [Numbered; 6] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, PICTURES];
+const NUMBERED: [Numbered; 7] = [FIELDS, PARTICLES, SURFACES, CONTACTS, FORCE_CHAINS, WEAR, PICTURES];
 
 /// Files of one kind that are numbered by steps: `FOLDER/PREFIX0000001000.EXTENSION` (`FOLDER/NAME_0000001000.EXTENSION` with any name
 /// where the prefix is empty), and `FOLDER.pvd`, the collection of those for

@@ -35,6 +35,39 @@ pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
     data.write(path)
 }
 
+/// Writes the facets of all meshes where they are at a time (s), with what they have felt since the start: for each five numbers, the impulse
+/// along x, y and z and along normals (N s), and the work of friction (J).
+pub fn write_wear(path: &Path, walls: &[Wall], time: f64, sums: &[f64]) -> Result<()> {
+    let (mut data, mut indices) = (PolyData::default(), Vec::new());
+    let mut wear: Vec<(Vec3, [f64; 4])> = Vec::new();
+    let mut sums = sums.as_chunks::<5>().0.iter();
+    for (index, wall) in walls.iter().enumerate() {
+        let surface = wall.surface_at(time);
+        let Some(placed) = surface.mesh() else { continue };
+        for facet in 0..placed.mesh.facets().len() as u32 {
+            let corners = placed.corners(facet);
+            let area = 0.5 * (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
+            let points = corners.map(|at| data.point(at));
+            data.polygon(points);
+            let &[x, y, z, normal, friction] = sums.next().unwrap_or(&[0.0; 5]);
+            // A mean over no time or no area is zero.
+            let mean = |sum: f64| if sum == 0.0 { 0.0 } else { sum / (area * time) };
+            wear.extend([(Vec3::new(x, y, z), [normal, mean(normal), friction, mean(friction)]); 3]);
+            indices.extend([index as u32; 3]);
+        }
+    }
+    data.integers("wall", indices);
+    data.vectors("contact_impulse (N s)", wear.iter().map(|of| of.0));
+    for (n, head) in WEAR.into_iter().enumerate() {
+        data.scalars(head, wear.iter().map(|of| of.1[n]));
+    }
+    data.write(path)
+}
+
+/// Arrays of a file of wear beside the impulse, with the same values at the corners of a facet.
+const WEAR: [&str; 4] =
+    ["normal_impulse (N s)", "mean_pressure (Pa)", "friction_work (J)", "mean_friction_power (W/m^2)"];
+
 /// Area of the part of a surface inside of the box from the origin to `size` (m^2).
 pub fn area(surface: &Surface, size: &Vec3) -> f64 {
     let of = |polygon: &Vec<Vec3>| -> Vec3 {

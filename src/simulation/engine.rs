@@ -86,6 +86,7 @@ pub(super) fn engine(
                 gravity: setup.gravity,
                 substeps: setup.substeps,
                 motions: setup.motions.clone(),
+                sums_facets: setup.plan.output.wear_every > 0,
             };
             Ok(Box::new(Native::new(params, decomposition, comm.rank(), templates, &setup.particles)?))
         }

@@ -22,6 +22,7 @@ mod steady;
 pub(super) mod structure;
 mod table;
 mod vtk;
+mod wear;
 
 use super::Simulation;
 use super::observe::{Sums, Totals, each_row};
@@ -297,6 +298,9 @@ pub(super) fn of(setup: &Setup) -> Vec<Box<dyn Writer + '_>> {
     let mut writers = vtk::writers(setup);
     #[cfg(feature = "pictures")]
     writers.push(Box::new(pictures::Pictures::new(setup)));
+    if let Some(wear) = wear::Wear::of(setup) {
+        writers.push(Box::new(wear));
+    }
     writers.push(Box::new(series::Series::new(setup)));
     if let Some(profiles) = profiles::Profiles::of(setup) {
         writers.push(Box::new(profiles));

@@ -68,3 +68,12 @@ pub(crate) const TABLES_ONLY: [&str; 6] = [
     "--set",
     "output.picture_every=never",
 ];
+
+/// An octahedron of this radius, as OBJ.
+pub(crate) fn octahedron(radius: i32) -> String {
+    let r = radius;
+    let corners = [[r, 0, 0], [0, r, 0], [-r, 0, 0], [0, -r, 0], [0, 0, r], [0, 0, -r]];
+    let corners = corners.map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
+    let facets = [(1, 2), (2, 3), (3, 4), (4, 1)].map(|(a, b)| format!("f {a} {b} 5\nf {b} {a} 6\n"));
+    corners + &facets.concat()
+}

@@ -1,5 +1,6 @@
 //! Random small cases, each on one rank and on random numbers of ranks: the same bits.
 
+use crate::common::case::octahedron;
 use rand::{Rng, SeedableRng, seq::IndexedRandom, seq::IteratorRandom};
 use rand_chacha::ChaCha8Rng;
 use serde_json::Value;
@@ -122,6 +123,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         )
         .unwrap();
     }
+    if random.random_bool(0.3) {
+        text += &mesh_wall(size, periodic == [false; 3], random);
+    }
     for section in 0..random.random_range(1..4_u8) {
         let known = if section == 0 { &LUBRICATED[..3] } else { &LUBRICATED };
         let shape = if lubricated { known.choose(random) } else { SHAPES.choose(random) }.unwrap();
@@ -196,6 +200,29 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     text
 }
 
+/// A wall from a mesh in a box of this size: an octahedron, at rest or turning, a bent sheet, or, in a closed box, a container.
+fn mesh_wall(size: [f64; 3], closed: bool, random: &mut ChaCha8Rng) -> String {
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("octahedron.obj"), octahedron(3)).unwrap();
+        let sheet = "v -4 -3 0\nv 0 -3 1\nv 4 -3 0\nv -4 3 0\nv 0 3 1\nv 4 3 0\nf 1 2 5 4\nf 2 3 6 5\n";
+        std::fs::write(folder.path().join("sheet.obj"), sheet).unwrap();
+        folder
+    });
+    let kind = random.random_range(0..if closed { 4 } else { 3_u8 });
+    let (file, side) = if kind == 2 { ("sheet.obj", "both") } else { ("octahedron.obj", "outside") };
+    // The container cuts the corners of the box off.
+    let (side, unit) = if kind == 3 { ("inside", 1e-3) } else { (side, 1e-4) };
+    let position = size.map(|length| length * if kind == 3 { 0.5 } else { random.random_range(0.3..0.7) });
+    let (file, angle) = (folder.path().join(file), random.random_range(0.0..90.0));
+    let rate = if kind == 1 { random.random_range(-20.0..20.0) } else { 0.0 };
+    format!(
+        "[[walls]]\nname = \"mesh\"\nangular_velocity = [0, {rate}, 0]\nmesh = {{ file = {file:?}, unit = {unit:e}, \
+         position = {position:?}, orientation = {{ axis = [1, 2, 3], angle = {angle} }}, side = \"{side}\" }}\n"
+    )
+}
+
 /// The case with random velocities, or nothing if it is none.
 fn setup(text: &str, random: &mut ChaCha8Rng) -> Option<Setup> {
     let mut setup = match case::from_text(text, "fuzz", &[]) {
@@ -261,7 +288,7 @@ fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
     let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
     let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
     for word in quoted
-        .chain(["\"sjkr\"".to_owned()])
+        .chain(["\"sjkr\"", "\"inside\"", "\"outside\"", "\"both\""].map(str::to_owned))
         .chain(SPHERICAL.map(str::to_owned))
         .chain(SHAPES.into_iter().chain(LARGE).map(str::to_owned))
     {

@@ -29,3 +29,4 @@ mod same_bits;
 mod slurm;
 mod study;
 mod tutorials;
+mod wear;

@@ -4,6 +4,7 @@ mod branch;
 mod disk;
 mod signals;
 
+use crate::common::vtk::{piece, point_data};
 use crate::common::{Place, case, files_below, in_tree};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -486,6 +487,17 @@ fn spheres_that_liggghts_moves_resume_to_the_bit_on_other_threads() {
     // Saving makes LIGGGHTS build its lists again: a resumed run is as one that was saved and not stopped, but not as one never saved.
     let saved = ["--set", "output.checkpoint_every.steps=40"];
     in_two_halves(&Place::new(&crowd()), 80, &["--set", "dem.engine=liggghts"], &saved);
+}
+
+#[test]
+fn the_wear_of_a_turning_mesh_resumes_to_the_bit_on_other_threads() {
+    let stirrer = "[[walls]]\nname = \"stirrer\"\nangular_velocity = [0, 60, 0]\n\
+         mesh = { file = \"octahedron.obj\", unit = \"mm\", position = [0.015, 0.015, 0.012] }\n";
+    let place = Place::new(&format!("{DRY}\n{stirrer}"));
+    place.write("octahedron.obj", case::octahedron(7));
+    in_two_halves(&place, 400, &["--set", "output.wear_every.steps=40"], &[]);
+    let last = piece(&place.path("out/wear/wear_0000000400.vtp"));
+    assert!(point_data(&last, "friction_work").iter().any(|work| *work > 0.0));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 pub mod assign;
 pub mod ballistic;
 pub mod exchange;
+pub mod facets;
 pub mod history;
 pub mod integrator;
 pub mod native;
@@ -18,6 +19,7 @@ use crate::particle::{Particle, ParticleStore};
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
+pub use facets::Facets;
 pub use history::Records;
 pub use native::{Native, NativeParams};
 use std::cmp::Ordering;
@@ -225,6 +227,11 @@ pub trait DemEngine: Send {
     /// The contacts that this rank evaluated at the last sub-step, ascending by [key](ContactState::key). Asked for only
     /// when they are written, so that an engine may gather them on request.
     fn contact_states(&self) -> Vec<ContactState>;
+
+    /// Sums over time of the contacts with the facets of meshes that this rank has evaluated; none if they are not kept.
+    fn facets(&self) -> Option<&Facets> {
+        None
+    }
 
     /// Checks that all requests since the last [`advance`](Self::advance) could be answered. For the end of a run:
     /// during a run the next advance fails instead.

@@ -15,9 +15,6 @@ use crate::shape::ShapeError;
 use crate::wall::{FreeSide, PlacedMesh};
 use std::sync::Arc;
 
-/// Most facets at which a thickness is looked for.
-const LOOKED_AT: usize = 2000;
-
 /// Extent of a mesh over that of the box from which on it is taken for one in another unit.
 const LARGEST: f64 = 100.0;
 
@@ -103,7 +100,7 @@ pub(super) fn thin_for_cells(document: &Document, dx: f64, wall: &PlacedWall) ->
     let Some(placed) = wall.wall.surface.mesh() else { return Ok(None) };
     let (key, name) = (format!("{}.mesh.file", wall.key), &wall.wall.name);
     let thinnest = match placed.mesh.free() {
-        FreeSide::Outside => placed.mesh.thinnest(LOOKED_AT),
+        FreeSide::Outside => placed.mesh.thinnest(),
         FreeSide::Inside => None,
         FreeSide::Both => Some(0.0),
     };

@@ -42,10 +42,11 @@ impl Sums {
         self.fixed[index] += i128::from(if small { to_fixed(value) } else { to_fixed_wide(value) });
     }
 
-    /// Adds [fixed-point numbers](crate::math::to_fixed) to the fixed-point sums from index `first` on.
-    pub(in crate::simulation) fn add_integers(&mut self, first: usize, values: &[i64]) {
+    /// Adds [fixed-point numbers](crate::math::to_fixed), or other whole numbers, to the fixed-point sums from index `first` on: of all ranks
+    /// together below 2^102.
+    pub(in crate::simulation) fn add_integers<N: Copy + Into<i128>>(&mut self, first: usize, values: &[N]) {
         for (sum, value) in self.fixed[first..].iter_mut().zip(values) {
-            *sum += i128::from(*value);
+            *sum += (*value).into();
         }
     }
 

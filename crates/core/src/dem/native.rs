@@ -67,6 +67,7 @@ mod walls;
 
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
+use super::facets::Facets;
 use super::history::{History, Records};
 use super::integrator::{self, Inertia, Motion};
 use super::saved::Saved;
@@ -103,12 +104,19 @@ pub struct NativeParams {
     /// contact force on each other, nor does such a body on a wall; in other contacts a body whose centre forces do
     /// not move is infinitely heavy.
     pub motions: Vec<PrescribedMotion>,
+    /// True if [sums](Facets) of the contacts with the facets of meshes are kept.
+    pub sums_facets: bool,
 }
 
 impl NativeParams {
     /// Numbers that the law remembers of a contact.
     fn memory(&self) -> usize {
         self.contact.as_ref().map_or(0, ContactModel::memory)
+    }
+
+    /// Sums of facets without a contact, if they are kept.
+    fn facets(&self) -> Option<Facets> {
+        self.sums_facets.then(|| Facets::new(&self.walls))
     }
 
     /// True if there are films between near bodies.
@@ -184,7 +192,7 @@ impl Native {
             films: Films::default(),
             clearances: Clearances::default(),
             order: IdOrder::new(NeighbourList::new(finder)),
-            forces: ContactForces::new(near.peers.len(), params.memory(), several),
+            forces: ContactForces::new((near.peers.len(), several), params.memory(), params.facets()),
             context: ContactContext {
                 laws: params.contact.as_ref().map_or_else(Vec::new, laws),
                 params,
@@ -441,6 +449,10 @@ impl DemEngine for Native {
         self.forces.states()
     }
 
+    fn facets(&self) -> Option<&Facets> {
+        self.forces.facets.as_ref()
+    }
+
     fn save(&self) -> Result<Vec<u8>> {
         let saved = Saved {
             substep: self.context.substep,
@@ -450,7 +462,7 @@ impl DemEngine for Native {
             loads: self.context.local.loads.clone(),
             records: self.records().clone(),
             states: self.forces.states(),
-            own: Vec::new(),
+            own: self.forces.facets.as_ref().map_or_else(Vec::new, Facets::save),
         };
         Ok(saved.write(self.name()))
     }
@@ -459,9 +471,20 @@ impl DemEngine for Native {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
         let memory = params.memory();
         let saved = Saved::load("native", parts, (near, local, &params.walls), memory)?;
+        let mut facets = params.facets();
+        if facets.as_mut().is_some_and(|facets| !facets.take(&saved.own)) {
+            return Err(Error::Input(
+                "the saved state of the native engine cannot be used: its sums of facets are of other meshes"
+                    .into(),
+            ));
+        }
+        if near.rank > 0 {
+            // Rank 0 continues the sums of all.
+            facets = params.facets();
+        }
         self.widest = widest(Vec3::zeros(), &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
-        self.forces = ContactForces::new(near.peers.len(), memory, self.forces.several);
+        self.forces = ContactForces::new((near.peers.len(), self.forces.several), memory, facets);
         self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);
         Ok(())

@@ -14,6 +14,7 @@ mod tree;
 use crate::math::{Vec3, bounding_box};
 pub use nearest::{Feature, NearestPoint};
 use std::fmt::{Display, Formatter};
+use std::sync::OnceLock;
 pub use topology::Flaw;
 use topology::{Edges, Oriented};
 use tree::Tree;
@@ -63,21 +64,34 @@ pub struct WallMesh {
     free: FreeSide,
     bounds: [Vec3; 2],
     tree: Tree,
+    survey: OnceLock<Survey>,
 }
 
-/// Facets from whose middles the width of a mesh is looked at, for its description.
+/// Facets from whose middles a mesh is looked at.
 const LOOKED_AT: usize = 2000;
+
+/// Findings on both sides of the middles of facets.
+#[derive(Clone, Debug)]
+struct Survey {
+    /// Least width (m).
+    width: f64,
+    /// True if facets lie in what others enclose.
+    overlaps: bool,
+    /// A facet that is inside out.
+    inverted: Option<u32>,
+}
 
 impl Display for WallMesh {
     fn fmt(&self, out: &mut Formatter<'_>) -> std::fmt::Result {
         let facets = self.facets.len();
-        let (Some(volume), Some(width)) = (self.volume(), self.thinnest(LOOKED_AT)) else {
+        let (Some(volume), Some(width)) = (self.volume(), self.thinnest()) else {
             return write!(out, "open mesh of {facets} facets, a sheet of {:.4e} m^2", self.area());
         };
         let is = if self.free == FreeSide::Inside { "container" } else { "body" };
+        let twice = if self.survey().overlaps { " (overlaps counted twice)" } else { "" };
         write!(
             out,
-            "closed mesh of {facets} facets, a {is} of {volume:.4e} m^3, {width:.3e} m wide at the narrowest"
+            "closed mesh of {facets} facets, a {is} of {volume:.4e} m^3{twice}, {width:.3e} m wide at the narrowest"
         )
     }
 }
@@ -136,7 +150,16 @@ impl WallMesh {
         let bounds = bounding_box(
             facets.iter().flat_map(|facet| facet.vertices.map(|vertex| vertices[vertex as usize])),
         );
-        Ok(Self { vertex_normals, bounds: bounds.into(), vertices, facets, edges, free, tree })
+        Ok(Self {
+            vertex_normals,
+            bounds: bounds.into(),
+            vertices,
+            facets,
+            edges,
+            free,
+            tree,
+            survey: OnceLock::new(),
+        })
     }
 
     /// Digest of the vertices, the facets and the side: the same wherever it lies.
@@ -197,32 +220,55 @@ impl WallMesh {
         (0..self.facets.len() as u32).map(area).sum()
     }
 
-    /// Least width of the enclosed region of a closed mesh (m), along the normals of at most `samples` facets from their middles; none of a sheet.
-    pub fn thinnest(&self, samples: usize) -> Option<f64> {
-        let reach = (self.bounds[1] - self.bounds[0]).norm();
-        let sign = if self.free == FreeSide::Inside { 1.0 } else { -1.0 };
-        let across = |n: usize| -> Option<f64> {
-            let facet = (n * self.facets.len() / samples.min(self.facets.len())) as u32;
-            let [a, b, c] = self.corners(facet);
-            let (middle, way) =
-                ((a + b + c) / 3.0, self.facets[facet as usize].normal * (sign * 2.0 * reach));
-            let (mut from, mut but) = (middle, Some(facet));
-            // Surfaces that overlap are one: not where one of them lies, or the way leaves it, within another.
-            let inner = self.encloses(&(middle + way * 1e-9));
-            if self.encloses(&(middle - way * 1e-9)) == inner {
-                return None;
-            }
-            while let Some(crossing) = self.crossing_but(&from, &(middle + way), but) {
-                let at = from + (middle + way - from) * crossing.part;
-                if self.encloses(&(at + way * 1e-9)) != inner {
-                    return (way != Vec3::zeros()).then(|| (at - middle).norm());
+    /// Least width of the enclosed region of a closed mesh (m), along the normals of at most 2000 facets from their middles; none of a sheet.
+    pub fn thinnest(&self) -> Option<f64> {
+        self.is_closed().then(|| self.survey().width)
+    }
+
+    /// A facet of a closed mesh, of at most 2000 that are looked at, whose normal does not point into the free space: the surface runs
+    /// through itself and is inside out beyond.
+    pub fn inverted(&self) -> Option<u32> {
+        if self.is_closed() { self.survey().inverted } else { None }
+    }
+
+    /// What lies on both sides of the middles of facets; found once.
+    fn survey(&self) -> &Survey {
+        self.survey.get_or_init(|| {
+            let reach = (self.bounds[1] - self.bounds[0]).norm();
+            let sign = if self.free == FreeSide::Inside { 1.0 } else { -1.0 };
+            let count = self.facets.len().min(LOOKED_AT);
+            let mut survey = Survey { width: f64::INFINITY, overlaps: false, inverted: None };
+            for facet in (0..count).map(|n| (n * self.facets.len() / count) as u32) {
+                let [a, b, c] = self.corners(facet);
+                let middle = (a + b + c) / 3.0;
+                let way = self.facets[facet as usize].normal * (sign * 2.0 * reach);
+                let [ahead, behind] = [1e-9, -1e-9].map(|part| self.encloses(&(middle + way * part)));
+                match [ahead, behind] {
+                    [true, false] => {
+                        let width = self.width(facet, &middle, &way);
+                        survey.width = width.map_or(survey.width, |width| survey.width.min(width));
+                    }
+                    // Surfaces that overlap are one.
+                    [true, true] => survey.overlaps = true,
+                    [false, true] => survey.inverted = survey.inverted.or(Some(facet)),
+                    [false, false] => {}
                 }
-                (from, but) = (at, Some(crossing.facet));
             }
-            None
-        };
-        let all = (0..samples.min(self.facets.len())).filter_map(across);
-        self.is_closed().then(|| all.fold(f64::INFINITY, f64::min))
+            survey
+        })
+    }
+
+    /// The way (m) from the middle of a facet to where one leaves what is enclosed.
+    fn width(&self, facet: u32, middle: &Vec3, way: &Vec3) -> Option<f64> {
+        let (mut from, mut but) = (*middle, Some(facet));
+        while let Some(crossing) = self.crossing_but(&from, &(middle + way), but) {
+            let at = from + (middle + way - from) * crossing.part;
+            if !self.encloses(&(at + way * 1e-9)) {
+                return (*way != Vec3::zeros()).then(|| (at - middle).norm());
+            }
+            (from, but) = (at, Some(crossing.facet));
+        }
+        None
     }
 
     /// Appends the facets whose boxes a box meets, given by its lower and upper corner (m), ascending.

@@ -182,3 +182,54 @@ fn bodies_that_lean_over_the_ridge_of_a_sheet_touch_it_at_the_ridge_whichever_sl
         }
     }
 }
+
+#[test]
+fn surfaces_that_overlap_act_as_the_surface_of_both_together() {
+    // A plate with a post that reaches into it, and the same as one surface.
+    let shifted = |(vertices, facets): (Vec<Vec3>, Vec<[u32; 3]>), by: Vec3, first: u32| {
+        let vertices: Vec<Vec3> = vertices.into_iter().map(|vertex| vertex + by).collect();
+        (vertices, facets.into_iter().map(|facet| facet.map(|k| k + first)).collect::<Vec<_>>())
+    };
+    let (mut vertices, mut facets) = cuboid(Vec3::new(4.0, 4.0, 1.0));
+    let post = shifted(cuboid(Vec3::new(2.0, 2.0, 2.5)), Vec3::new(1.0, 1.0, 0.5), vertices.len() as u32);
+    vertices.extend(post.0);
+    facets.extend(post.1);
+    let crossing = placed((vertices, facets), None);
+    let square = |low: f64, high: f64, z: f64| {
+        [(low, low), (high, low), (high, high), (low, high)].map(|(x, y)| Vec3::new(x, y, z))
+    };
+    // From below: the floor, the edge of the plate, the foot of the post and its top.
+    let rings = [square(0.0, 4.0, 0.0), square(0.0, 4.0, 1.0), square(1.0, 3.0, 1.0), square(1.0, 3.0, 3.0)];
+    let mut facets = vec![[0, 2, 1], [0, 3, 2], [12, 13, 14], [12, 14, 15]];
+    for (ring, n) in (0..3).flat_map(|ring| (0..4).map(move |n| (4 * ring, n))) {
+        let [a, b] = [ring + n, ring + (n + 1) % 4];
+        facets.extend([[a, b, b + 4], [a, b + 4, a + 4]]);
+    }
+    let one = placed((rings.concat(), facets), None);
+    let (mut random, mut touching) = (random(9), 0);
+    for _ in 0..4000 {
+        let centre = Vec3::new(
+            random.random_range(-0.5..4.5),
+            random.random_range(-0.5..4.5),
+            random.random_range(0.3..3.5),
+        );
+        let distance = one.mesh.distance(&centre);
+        if distance < 0.1 {
+            continue;
+        }
+        // Up to 2 % of the radius deep.
+        let radius = distance * 1.02;
+        let [mut found, mut expected] = [&crossing, &one].map(|wall| of_sphere(wall, radius, centre));
+        for contacts in [&mut found, &mut expected] {
+            contacts.sort_by(|a, b| {
+                let key = |contact: &MeshContact| contact.overlap.normal;
+                (key(a).x, key(a).y, key(a).z).partial_cmp(&(key(b).x, key(b).y, key(b).z)).unwrap()
+            });
+        }
+        assert_eq!(found.len(), expected.len(), "{centre} {radius}");
+        let largest = found.iter().zip(&expected).map(|(a, b)| differ(&a.overlap, &b.overlap));
+        assert!(largest.fold(0.0, f64::max) < 1e-12, "{centre}");
+        touching += usize::from(found.len() > 1);
+    }
+    assert!(touching > 10, "{touching}");
+}

@@ -5,6 +5,7 @@ use crate::contact::law::Action;
 use crate::contact::{Overlap, PairLaw, PairProperties, RelativeMotion};
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
+use crate::dem::facets::Facets;
 use crate::dem::history::{History, Records};
 use crate::dem::{ContactKey, ContactState, ContactSummary, Load};
 use crate::math::Vec3;
@@ -24,6 +25,8 @@ pub(super) struct ContactForces {
     is_direct: bool,
     /// Contacts of this sub-step, first those of pairs, then those with walls.
     pub(super) states: Vec<ContactState>,
+    /// Sums over time by facet, if they are kept.
+    pub(super) facets: Option<Facets>,
     /// Contact force and torque by owned particle, whole after [`reduce`](Self::reduce).
     pub(super) totals: Vec<Load>,
     /// Contact forces on owned particles, with their index.
@@ -104,12 +107,12 @@ pub(super) struct ContactInput<'a> {
 }
 
 impl ContactForces {
-    /// For a rank with this number of peers, a law that remembers `memory` numbers of a contact, and two bodies that have several contacts or
-    /// one.
-    pub(super) fn new(peers: usize, memory: usize, several: bool) -> Self {
+    /// For a rank with this number of peers, where two bodies have `several` contacts or one, a law that remembers `memory` numbers of
+    /// a contact, and the sums of facets to continue.
+    pub(super) fn new((peers, several): (usize, bool), memory: usize, facets: Option<Facets>) -> Self {
         let history = History::new(Records::new(memory));
         let is_direct = peers == 0 && !several;
-        Self { messages: vec![Vec::new(); peers], history, several, is_direct, ..Self::default() }
+        Self { messages: vec![Vec::new(); peers], history, several, is_direct, facets, ..Self::default() }
     }
 
     /// Begins a sub-step with this number of owned particles.

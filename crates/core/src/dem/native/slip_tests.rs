@@ -36,6 +36,7 @@ fn pulled(motion: PrescribedMotion) -> Vec<Slip> {
         gravity: GRAVITY,
         motions: vec![motion],
         substeps: 1,
+        sums_facets: false,
     };
     let cut = Decomposition::new(TANK, 1).unwrap();
     let block = Particle::at(0, 0, Vec3::new(6e-3, 6e-3, 0.5 * edge));

@@ -242,6 +242,10 @@ impl ContactContext {
             point: domain.wrap(point),
         };
         let entry = forces.evaluate(&input);
+        if let (Some(facets), Some(number)) = (&mut forces.facets, ContactState::wall_of(key.second)) {
+            let of_contact = [-entry.action.force, entry.normal, input.motion.velocity];
+            facets.add((number, key.parts[1]), of_contact, dt);
+        }
         let entry = film.map_or(entry, |film| entry.with(&film.action));
         forces.add(&entry, &self.near, &self.local.store);
         if is_too_deep(overlap.depth, of_part.thickness) {

@@ -80,7 +80,7 @@ fn surfaces_that_overlap_are_as_wide_as_what_they_cover_together() {
     vertices.extend(others.iter().map(|at| at + Vec3::new(0.9, 0.05, 0.05)));
     facets.extend(facets.clone().iter().map(|facet| facet.map(|k| k + count)));
     let mesh = WallMesh::new(vertices, facets, Some(FreeSide::Outside)).unwrap();
-    let thinnest = mesh.thinnest(100).unwrap();
+    let thinnest = mesh.thinnest().unwrap();
     assert!((thinnest - 1.0).abs() < 1e-12, "{thinnest}");
 }
 
@@ -97,7 +97,7 @@ fn a_box_of_facets_turned_at_random_has_the_distances_of_a_cuboid_from_outside_a
         }
         let mesh = WallMesh::new(vertices, facets, Some(free)).unwrap();
         assert!((mesh.volume().unwrap() - 1.0).abs() < 1e-15 && (mesh.area() - 7.0).abs() < 1e-15);
-        assert!((mesh.thinnest(100).unwrap() - 0.5).abs() < 1e-15);
+        assert!((mesh.thinnest().unwrap() - 0.5).abs() < 1e-15);
         let sign = if free == FreeSide::Inside { -1.0 } else { 1.0 };
         for _ in 0..2000 {
             let at = Vec3::from_fn(|i, _| random.random_range(-0.5..1.5) * EDGES[i]);
