@@ -82,7 +82,8 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
         ignore_lines: true,
         ..Default::default()
     };
-    let bytes = &joined(&with_newlines(bytes))[..];
+    let text = with_newlines(bytes);
+    let bytes = &joined(&text)[..];
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
         .map_err(|e| format!("is no OBJ file that can be read: {e}"))?;

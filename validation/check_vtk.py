@@ -43,6 +43,7 @@ CHAINS = {"id": 1, "force_magnitude": 1}
 READERS = {".vti": vtkXMLImageDataReader, ".pvti": vtkXMLPImageDataReader, ".vtp": vtkXMLPolyDataReader,
            ".pvtp": vtkXMLPPolyDataReader}
 WALLS = {"wall": 1, "velocity": 3, "Normals": 3}
+WEAR = {"wall": 1, "contact_impulse": 3, "normal_impulse": 1, "mean_pressure": 1, "friction_work": 1, "mean_friction_power": 1}
 SINGLE = 1e-5  # relative error that single precision is allowed
 
 problems = []
@@ -354,6 +355,17 @@ def check_walls(path):
     return f"{len(np.unique(values['wall']))} walls of {data.GetNumberOfPolys()} polygons within {size} m, speed <= {speed:.4g} m/s"
 
 
+def check_wear(path):
+    data = read(path)
+    points = data.GetNumberOfPoints()
+    values = arrays(path, data.GetPointData(), points, WEAR)
+    if not check(points == 3 * data.GetNumberOfPolys() > 0, path, "no facets of three points") or set(values) != set(WEAR):
+        return "unreadable"
+    check((values["normal_impulse"] >= 0).all(), path, "a normal impulse is negative")
+    friction, normal = values["friction_work"][::3].sum(dtype=float), values["normal_impulse"][::3].sum(dtype=float)
+    return f"{points // 3} facets, normal impulse {normal:.4g} N s, work of friction {friction:.4g} J"
+
+
 def check_together(path, fields, bodies):
     """Fluid and particles of one step: solid volume, and where the particles are."""
     image, values, _ = fields
@@ -422,6 +434,8 @@ def main(directory):
             table.append((path, check_walls(path)))
         elif path.name.startswith("contacts_"):
             table.append((path, check_contacts(path, series)))
+        elif path.name.startswith("wear_"):
+            table.append((path, check_wear(path)))
         elif path.name.startswith("force_chains_"):
             table.append((path, check_chains(path)))
         elif path.name.startswith("particles_"):

@@ -35,7 +35,7 @@ pub fn write_walls(path: &Path, domain: &Domain, walls: &[Wall]) -> Result<()> {
     data.write(path)
 }
 
-/// Writes the facets of all meshes where they are at a time (s), with what they have felt since the start: for each five numbers, the impulse
+/// Writes the facets of all meshes where they are at a time (s), with sums over their contacts since the start: five numbers each, the impulse
 /// along x, y and z and along normals (N s), and the work of friction (J).
 pub fn write_wear(path: &Path, walls: &[Wall], time: f64, sums: &[f64]) -> Result<()> {
     let (mut data, mut indices) = (PolyData::default(), Vec::new());

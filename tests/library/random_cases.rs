@@ -218,8 +218,9 @@ fn mesh_wall(size: [f64; 3], closed: bool, random: &mut ChaCha8Rng) -> String {
     let (file, angle) = (folder.path().join(file), random.random_range(0.0..90.0));
     let rate = if kind == 1 { random.random_range(-20.0..20.0) } else { 0.0 };
     format!(
-        "[[walls]]\nname = \"mesh\"\nangular_velocity = [0, {rate}, 0]\nmesh = {{ file = {file:?}, unit = {unit:e}, \
-         position = {position:?}, orientation = {{ axis = [1, 2, 3], angle = {angle} }}, side = \"{side}\" }}\n"
+        "[[walls]]\nname = \"mesh\"\nangular_velocity = [0, {rate}, 0]\nmesh = {{ file = \"{}\", unit = {unit:e}, \
+         position = {position:?}, orientation = {{ axis = [1, 2, 3], angle = {angle} }}, side = \"{side}\" }}\n",
+        file.display()
     )
 }
 

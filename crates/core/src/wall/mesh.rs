@@ -231,7 +231,7 @@ impl WallMesh {
         if self.is_closed() { self.survey().inverted } else { None }
     }
 
-    /// What lies on both sides of the middles of facets; found once.
+    /// Findings on both sides of the middles of facets, looked for once.
     fn survey(&self) -> &Survey {
         self.survey.get_or_init(|| {
             let reach = (self.bounds[1] - self.bounds[0]).norm();

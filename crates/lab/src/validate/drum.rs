@@ -35,11 +35,11 @@ const FRACTION: f64 = 0.6;
 /// Distance between spheres at the start (diameters).
 const SPACING: f64 = 1.06;
 /// Froude number `w^2 R / g` (-): the rolling regime is from 1e-4 to 1e-2.
-const FROUDE: f64 = 2e-3;
+const FROUDE: f64 = 4e-3;
 /// Revolutions before the one that is measured.
 const BEFORE: f64 = 0.3;
 /// Steps between two samples.
-const EVERY: u64 = 5;
+const EVERY: u64 = 50;
 
 /// The lower layers of a grid in the drum, as many spheres as fill half of it.
 fn grains() -> String {
@@ -166,9 +166,9 @@ fn rolling(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         [measured(
             "by the centre of mass",
             rows.iter()
-                .step_by(200)
+                .step_by(20)
                 .enumerate()
-                .map(|(n, row)| [BEFORE + n as f64 * 200.0 * EVERY as f64 * dt / period, slopes(row)])
+                .map(|(n, row)| [BEFORE + n as f64 * 20.0 * EVERY as f64 * dt / period, slopes(row)])
                 .collect::<Vec<_>>(),
         )],
     );
