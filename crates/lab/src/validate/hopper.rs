@@ -44,7 +44,7 @@ const SPACING: f64 = 1.06;
 /// The outlet is opened, and the flow is steady from then on (s).
 const OPENED: f64 = 0.2;
 const STEADY: f64 = 0.3;
-/// Where the bulk density is measured: above the bottom or the cone (diameters).
+/// Heights between which the bulk density is measured: above the bottom or the cone (diameters).
 const SLAB: [f64; 2] = [3.0, 9.0];
 const EVERY: u64 = 50;
 
