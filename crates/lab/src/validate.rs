@@ -11,7 +11,6 @@ mod column_collapse;
 mod context;
 mod cylinder;
 mod drafting;
-mod drum;
 mod flow_past_sphere;
 mod fluidised_bed;
 mod friction;
@@ -19,7 +18,6 @@ mod hard_sphere_gas;
 mod heap;
 mod hertz;
 mod hindered_settling;
-mod hopper;
 mod liggghts;
 mod mesh_walls;
 mod net_flux;
@@ -100,8 +98,6 @@ pub const CASES: &[Case] = &[
     agglomerate::CASE,
     column_collapse::CASE,
     repose::CASE,
-    hopper::CASE,
-    drum::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,

@@ -1,4 +1,4 @@
-//! Walls from meshes that are surfaces of revolution, for `mesh_walls`, `hopper` and `drum`.
+//! Walls from meshes that are surfaces of revolution, for `mesh_walls`.
 
 use super::prelude::*;
 use std::f64::consts::TAU;
