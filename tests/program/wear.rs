@@ -45,7 +45,7 @@ fn the_impulses_of_all_facets_are_the_force_on_the_wall_over_time() {
         let is_hit = n % 2 == 0;
         assert_eq!([work[3 * n] > 0.0, pressure[3 * n] > 0.0], [is_hit; 2], "facet {n}: {work:?}");
     }
-    let area = 0.5 * 3.0_f64.sqrt() * 2.0 * 8e-3 * 8e-3;
+    let area = 0.25 * 3.0_f64.sqrt() * 2.0 * 8e-3 * 8e-3;
     let normal = point_data(&file, "normal_impulse")[0];
     assert!((normal / (area * 0.04) / pressure[0] - 1.0).abs() < 1e-5);
 }
