@@ -130,10 +130,10 @@ mod tests {
             motion: Motion::default(),
             material: 0,
         };
-        let mut facets = Facets::new(&[wall.clone()]);
+        let mut facets = Facets::new(std::slice::from_ref(&wall));
         facets.add((0, 1), [Vec3::z(); 3], 1.0);
         let saved = facets.save();
-        assert!(Facets::new(&[wall.clone()]).take(&saved) && Facets::new(&[wall]).take(&[]));
+        assert!(Facets::new(std::slice::from_ref(&wall)).take(&saved) && Facets::new(&[wall]).take(&[]));
         assert!(!Facets::new(&[]).take(&saved) && !facets.take(&saved[1..]));
     }
 }
