@@ -1,6 +1,7 @@
 //! Rigid bodies, convex or of convex parts: geometry in the body frame, which is centred at the centre of mass and aligned
 //! with the principal axes.
 
+mod apart;
 pub mod capsule;
 pub mod composite;
 pub mod cuboid;
@@ -122,6 +123,11 @@ pub trait Shape: Send + Sync + Debug {
     /// The convex parts; empty for a convex body, which is its own only part. Contacts, films and covered cells are those of parts,
     /// mass and extent those of the whole.
     fn parts(&self) -> &[Part] {
+        &[]
+    }
+
+    /// Parts with which a part shares space, so that contacts and cells there are not counted twice.
+    fn shared_with(&self, _part: usize) -> &[u32] {
         &[]
     }
 

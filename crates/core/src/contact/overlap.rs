@@ -5,7 +5,7 @@ use super::polyhedra::Hint;
 use super::solid::Solid;
 use super::{Geometry, mesh, parallel, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
 use crate::math::{Mat3, Quat, Vec3};
-use crate::shape::{Passage, Shape};
+use crate::shape::{Part, Passage, Shape};
 use crate::wall::Surface;
 use std::sync::Arc;
 
@@ -44,7 +44,8 @@ impl Overlap {
     }
 }
 
-/// A convex shape made ready for contacts: grown by the enlargement.
+/// A shape made ready for contacts: grown by the enlargement. Contacts of a body of several parts are those of its parts; where it is asked for as
+/// a whole, its overlap is the deepest of them.
 ///
 /// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
 /// all points within the enlargement.
@@ -59,6 +60,8 @@ pub struct GrownShape {
     sphere: Option<f64>,
     /// Of a body that goes through the box, the piece in it.
     piece: Option<Arc<Piece>>,
+    /// Those of a body of several parts, with their poses in the body.
+    parts: Arc<[(Self, Part)]>,
 }
 
 /// The piece in the box of a body that goes through it, for overlaps along its whole length.
@@ -87,7 +90,9 @@ impl GrownShape {
         let solid = shape.as_polyhedron().map(|p| Arc::new(Solid::new(p, enlargement)));
         let sphere = shape.as_sphere().map(|radius| radius + enlargement);
         let piece = Piece::new(&*shape, enlargement).map(Arc::new);
-        Self { shape, enlargement, solid, sphere, piece }
+        let grown = |part: &Part| (Self::new(part.shape.clone(), enlargement), part.clone());
+        let parts = shape.parts().iter().map(grown).collect();
+        Self { shape, enlargement, solid, sphere, piece, parts }
     }
 
     /// True if it is a polyhedron.
@@ -109,7 +114,10 @@ impl GrownShape {
     pub fn reach(&self) -> f64 {
         match &self.solid {
             Some(solid) => solid.reach,
-            None => self.shape.circumradius() + self.enlargement,
+            None => {
+                let part = |(grown, part): &(Self, Part)| part.position.norm() + grown.reach();
+                self.parts.iter().map(part).fold(self.shape.circumradius() + self.enlargement, f64::max)
+            }
         }
     }
 }
@@ -143,6 +151,20 @@ impl Body<'_> {
     /// True if its exact overlap with another such body, or with a plane, is found without samples.
     pub fn has_closed_form(&self) -> bool {
         !matches!(self.form(), Form::Other)
+            || !self.grown.parts.is_empty() && self.parts().all(|(part, _)| part.has_closed_form())
+    }
+
+    /// Its parts, if it has several, with their centres relative to its own (m, world axes).
+    fn parts(&self) -> impl Iterator<Item = (Body<'_>, Vec3)> + Clone {
+        self.grown.parts.iter().map(|(grown, part)| {
+            let body = Body { grown, orientation: self.orientation * part.orientation };
+            (body, self.orientation * part.position)
+        })
+    }
+
+    /// Its parts; a convex body is its own only part.
+    fn parts_or_self(&self) -> impl Iterator<Item = (Body<'_>, Vec3)> + Clone {
+        self.grown.parts.is_empty().then(|| (*self, Vec3::zeros())).into_iter().chain(self.parts())
     }
 
     /// Maps the body frame to the world frame.
@@ -170,6 +192,20 @@ fn side_by_side<'a>(
 fn meet(first: &Body, second: &Body, offset: Vec3) -> bool {
     let reach = first.grown.reach() + second.grown.reach();
     offset.norm_squared() < reach * reach
+}
+
+/// Pairs of parts, with the centre of the first one relative to that of its body and the offset of the second one from it (m).
+fn pairs_of_parts<'a>(
+    [first, second]: [&'a Body<'a>; 2],
+    offset: Vec3,
+) -> impl Iterator<Item = ([Body<'a>; 2], Vec3, Vec3)> {
+    first.parts_or_self().flat_map(move |(one, arm)| {
+        second.parts_or_self().map(move |(other, its)| ([one, other], arm, offset + its - arm))
+    })
+}
+
+fn deepest(each: impl Iterator<Item = Overlap>) -> Option<Overlap> {
+    each.reduce(|best, other| if other.depth > best.depth { other } else { best })
 }
 
 /// Centres closer than this part of the reach of a body are moved that far apart before they are sampled.
@@ -211,6 +247,13 @@ fn overlap_of_any(
     if !meet(first, second, offset) {
         return None;
     }
+    if [first, second].iter().any(|body| !body.grown.parts.is_empty()) {
+        let pairs = pairs_of_parts([first, second], offset);
+        let each = pairs.filter_map(|([one, other], arm, offset)| {
+            Some(overlap(geometry, &one, &other, offset)?.seen_from(arm))
+        });
+        return deepest(each);
+    }
     if let Some(([a, b], [one, other], across)) = side_by_side([first, second], offset) {
         if let (Geometry::Exact, Some(first), Some(second)) = (geometry, a.cylinder, b.cylinder) {
             return parallel::cylinders([first, second], a.passage.length, across);
@@ -246,6 +289,10 @@ pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
     if !meet(first, second, offset) {
         return false;
     }
+    if [first, second].iter().any(|body| !body.grown.parts.is_empty()) {
+        let mut pairs = pairs_of_parts([first, second], offset);
+        return pairs.any(|([one, other], _, offset)| intersects(&one, &other, offset));
+    }
     if let Some((_, [first, second], across)) = side_by_side([first, second], offset) {
         return intersects(&first, &second, across);
     }
@@ -264,6 +311,12 @@ pub fn intersects(first: &Body, second: &Body, offset: Vec3) -> bool {
 /// Overlap of a body with a wall, seen from the centre of the body; `None` if they do not touch. The normal points
 /// from the body into the wall. Of several [contacts](mesh::contacts) with a mesh it is the deepest.
 pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<Overlap> {
+    if !body.grown.parts.is_empty() {
+        let each = body.parts().filter_map(|(part, arm)| {
+            Some(overlap_wall(geometry, &part, &wall.seen_from(arm))?.seen_from(arm))
+        });
+        return deepest(each);
+    }
     if let Some(piece) = &body.grown.piece {
         let Passage { axis, length, .. } = piece.passage;
         if let (Geometry::Exact, Some(radius), Surface::Plane { normal, .. }) =
@@ -295,6 +348,9 @@ pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
 
 /// Returns true if a body overlaps a wall, as [`overlap_wall`] of the exact geometry finds, but faster at planes.
 pub fn intersects_wall(body: &Body, wall: &Surface) -> bool {
+    if !body.grown.parts.is_empty() {
+        return body.parts().any(|(part, arm)| intersects_wall(&part, &wall.seen_from(arm)));
+    }
     match (body.form(), wall) {
         (Form::Other, Surface::Plane { normal, .. }) => {
             let along = body.orientation.inverse_transform_vector(normal);

@@ -73,16 +73,13 @@ pub enum ShapeError {
         /// Depth below the surface of the hull (m).
         depth: f64,
     },
-    /// Two parts of a body share more than a surface.
-    #[error(
-        "parts {first} and {second} overlap, and what they share would count twice; parts may touch, so cut one of them \
-         where the other begins"
-    )]
-    Overlap {
-        /// Number of one part.
-        first: usize,
-        /// Number of the other.
-        second: usize,
+    /// More parts than set-up and contacts can look at in a reasonable time.
+    #[error("the body has {count} convex parts, those that overlap cut apart, but at most {most} are of use; take fewer or larger ones")]
+    TooManyParts {
+        /// Number of parts.
+        count: usize,
+        /// Most that are allowed.
+        most: usize,
     },
     /// The surface in a file is not that of a convex body.
     #[error("{}: {problem}", path.display())]
