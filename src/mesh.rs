@@ -9,11 +9,12 @@ mod surface;
 mod wall;
 
 use crate::math::{Vec3, bounding_box};
+use crate::shape::composite::MOST_PARTS;
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::SINGLE_PRECISION;
 use crate::shape::{Placement, Polyhedron, Shape, ShapeError};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 use std::path::Path;
 use surface::Surface;
@@ -53,14 +54,79 @@ pub struct Mesh {
 /// not manifold, inside out, without volume, concave, or that of several bodies.
 pub fn parse(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Mesh, ShapeError> {
     check_size("scale", scale)?;
-    (facets(path, bytes).and_then(|(facets, rounding)| body(&facets, rounding, scale, hull)))
+    (facets(path, bytes).and_then(|Facets { facets, rounding, .. }| body(&facets, rounding, scale, hull)))
         .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })
 }
 
-/// The triangles in a file, in its units, and the largest distance over the coordinate of equal vertices.
-fn facets(path: &Path, bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, f64), String> {
+/// The bodies that are the parts of one: each solid, group or object in the contents of a file, and each surface that has no corner in common
+/// with the others. As [`parse`] otherwise.
+///
+/// # Errors
+/// As [`parse`], with the number of the part and its first facet.
+pub fn parts(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Vec<Mesh>, ShapeError> {
+    check_size("scale", scale)?;
+    let failed = |problem| ShapeError::Mesh { path: path.to_path_buf(), problem };
+    let Facets { facets, groups, rounding } = facets(path, bytes).map_err(failed)?;
+    let separate = separate(&facets, &groups);
+    if separate.len() > MOST_PARTS {
+        let (count, most) = (separate.len(), MOST_PARTS);
+        return Err(ShapeError::TooManyParts { count, most });
+    }
+    let one = |(n, numbers): (usize, &Vec<usize>)| {
+        let own: Vec<[Vec3; 3]> = numbers.iter().map(|&number| facets[number]).collect();
+        body(&own, rounding, scale, hull).map_err(|problem| {
+            let first = numbers[0];
+            failed(format!("part {n}, whose facet 0 is facet {first} of the file: {problem}"))
+        })
+    };
+    separate.iter().enumerate().map(one).collect()
+}
+
+/// Numbers of the facets of each group, those without a corner in common apart.
+fn separate(facets: &[[Vec3; 3]], groups: &[usize]) -> Vec<Vec<usize>> {
+    let mut all = Vec::new();
+    for (n, &begin) in groups.iter().enumerate() {
+        let end = groups.get(n + 1).copied().unwrap_or(facets.len());
+        // Each corner leads to the first facet that has it, and each facet to one that it hangs together with.
+        let mut first_with: BTreeMap<[u64; 3], usize> = BTreeMap::new();
+        let mut leads: Vec<usize> = (0..end - begin).collect();
+        let root = |leads: &[usize], mut at: usize| {
+            while leads[at] != at {
+                at = leads[at];
+            }
+            at
+        };
+        for (k, corners) in facets[begin..end].iter().enumerate() {
+            for corner in corners {
+                // Both zeros are one.
+                let bits = <[f64; 3]>::from(*corner).map(|x| (x + 0.0).to_bits());
+                let [one, other] = [*first_with.entry(bits).or_insert(k), k].map(|at| root(&leads, at));
+                leads[one.max(other)] = one.min(other);
+            }
+            leads[k] = root(&leads, k);
+        }
+        let mut found: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for k in 0..leads.len() {
+            found.entry(root(&leads, k)).or_default().push(begin + k);
+        }
+        all.extend(found.into_values());
+    }
+    all
+}
+
+/// What is in a file.
+struct Facets {
+    /// Triangles in its units.
+    facets: Vec<[Vec3; 3]>,
+    /// The first one of each solid, group or object.
+    groups: Vec<usize>,
+    /// Largest distance over the coordinate of equal vertices.
+    rounding: f64,
+}
+
+fn facets(path: &Path, bytes: &[u8]) -> Result<Facets, String> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-    let (facets, rounding) = match extension.as_str() {
+    let ((facets, groups), rounding) = match extension.as_str() {
         "stl" => (stl::parse(bytes)?, 2.0 * f64::from(f32::EPSILON)),
         "obj" => (obj(bytes)?, 0.0),
         other => return Err(format!("the extension is `{other}`, but must be `stl` or `obj`")),
@@ -72,10 +138,10 @@ fn facets(path: &Path, bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, f64), String> {
     if facets.is_empty() {
         return Err("has no facets".to_owned());
     }
-    Ok((facets, rounding))
+    Ok(Facets { facets, groups, rounding })
 }
 
-fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
+fn obj(bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, Vec<usize>), String> {
     let options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
@@ -87,8 +153,9 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
     let (models, _) = tobj::load_obj_buf(&mut Cursor::new(bytes), &options, no_materials)
         .map_err(|e| format!("is no OBJ file that can be read: {e}"))?;
-    let mut facets = Vec::new();
+    let (mut facets, mut groups) = (Vec::new(), Vec::new());
     for model in models {
+        groups.push(facets.len());
         let at = |i: u32| -> Option<Vec3> {
             let point = model.mesh.positions.get(3 * i as usize..3 * i as usize + 3)?;
             Some(Vec3::new(point[0], point[1], point[2]))
@@ -100,7 +167,7 @@ fn obj(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
             facets.push([a, b, c]);
         }
     }
-    Ok(facets)
+    Ok((facets, groups))
 }
 
 /// Text whose lines end with a line feed: those of old programs end with a carriage return alone.
@@ -225,8 +292,8 @@ fn checked(
         surface.check_closed()?;
         if let [_, second, ..] = parts[..] {
             return Err(format!(
-                "there are {} separate surfaces, the second with facet {second}, but a body has one; unite overlapping solids in the \
-                 program that made them, write one into each file, {TAKE_HULL}",
+                "there are {} separate surfaces, the second with facet {second}, but a convex body has one; set `parts = true` to take each as \
+                 a part of the body, {TAKE_HULL}",
                 parts.len()
             ));
         }
@@ -238,7 +305,7 @@ fn checked(
         if depth > CONVEX * diameter {
             return Err(format!(
                 "the body is concave: facet {facet} lies up to {depth:.4e} m, {part:.3} % of the diameter of the body, below the convex \
-                 hull; bodies must be convex: split the body, {TAKE_HULL}, which adds {added:.3} % to the volume"
+                 hull; a surface must be convex: split the body into convex solids and set `parts = true`, {TAKE_HULL}, which adds {added:.3} % to the volume"
             ));
         }
         if depth > 4.0 * precision * diameter {

@@ -37,7 +37,9 @@ pub use particles::{
 };
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
 pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};
-pub use shapes::{CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, ShapeSection};
+pub use shapes::{
+    CompositeSection, CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, PartSection, ShapeSection,
+};
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 pub use statistics::{DynamicsSection, PlaneName, ProfileSection, StructureSection};
 pub use walls::{

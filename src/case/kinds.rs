@@ -1,7 +1,7 @@
 //! Kinds of particles: their shapes, sizes and materials.
 
 use super::checks::Document;
-use super::file::{Axis, LengthUnit, MeshSection, ShapeSection};
+use super::file::{Axis, CompositeSection, LengthUnit, MeshSection, PartSection, ShapeSection};
 use super::files::Files;
 use super::listed::Listed;
 use super::materials::Materials;
@@ -9,11 +9,11 @@ use super::sizes::sizes;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
-use crate::mesh;
+use crate::mesh::{self, Mesh};
 use crate::particle::Template;
 use crate::shape::{
-    Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, ShapeError, Sphere, Superellipsoid, Through,
-    polyhedron,
+    Capsule, Composite, Cuboid, Cylinder, Ellipsoid, Part, Placement, Polyhedron, Shape, ShapeError, Sphere,
+    Superellipsoid, Through, polyhedron,
 };
 use std::cell::RefCell;
 use std::ops::Range;
@@ -98,12 +98,7 @@ impl Kinds {
             let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));
             let notes = RefCell::default();
             let shapes = Shapes { document, shape: &section.shape, key: shape_key, files, notes };
-            // Proportions become lengths.
-            let wanted = document.number(&format!("{}.equivalent_diameter", shapes.key));
-            let scale = match wanted {
-                Some(wanted) => wanted / shapes.build(1.0)?.0.equivalent_diameter(),
-                None => 1.0,
-            };
+            let scale = shapes.scale()?;
             let (shape, mut rotation) = shapes.build(scale)?;
             if index == 0 {
                 all.diameter = shape.equivalent_diameter();
@@ -136,7 +131,7 @@ impl Kinds {
                 let remedy = "shares need not add up to 1, but 1 is a good size";
                 return Err(document.error(&key, &title, "of these", remedy));
             }
-            faces += shape.as_polyhedron().map_or(0, |body| body.faces.len().saturating_mul(sizes.len()));
+            faces += faces_of(&*shape).saturating_mul(sizes.len());
             if all.templates.len() + sizes.len() > MOST_SIZES || (sizes.len() > 1 && faces > MOST_FACES) {
                 let count = all.templates.len() + sizes.len();
                 let title = format!(
@@ -193,6 +188,12 @@ impl Kinds {
     }
 }
 
+/// Flat faces of a shape or its parts.
+fn faces_of(shape: &dyn Shape) -> usize {
+    let own = shape.as_polyhedron().map_or(0, |body| body.faces.len());
+    own + shape.parts().iter().map(|part| faces_of(&*part.shape)).sum::<usize>()
+}
+
 /// The rotation that lays the z axis along an axis of the box.
 fn laid_along(axis: Axis) -> Quat {
     let turn = |w: f64, s: f64| Quat::new_unchecked(Quaternion::new(w, s, s, s));
@@ -221,6 +222,11 @@ fn through(
     })
 }
 
+/// The pose of a shape that is given in its own frame.
+fn as_given() -> Placement {
+    Placement { centre: Vec3::zeros(), rotation: Quat::identity() }
+}
+
 /// Builds the shapes of one section.
 struct Shapes<'a> {
     document: &'a Document<'a>,
@@ -233,8 +239,19 @@ struct Shapes<'a> {
 }
 
 impl Shapes<'_> {
+    /// Factor by which proportions become lengths.
+    fn scale(&self) -> Result<f64> {
+        let wanted = self.document.number(&format!("{}.equivalent_diameter", self.key));
+        wanted.map_or(Ok(1.0), |wanted| Ok(wanted / self.build(1.0)?.0.equivalent_diameter()))
+    }
+
     /// The shape with all lengths multiplied by `scale`, and the rotation from the body frame to the axes of the case.
     fn build(&self, scale: f64) -> Result<(Arc<dyn Shape>, Quat)> {
+        self.placed(scale).map(|(shape, placement)| (shape, placement.rotation))
+    }
+
+    /// The same, with its pose in the frame in which the case gives it.
+    fn placed(&self, scale: f64) -> Result<(Arc<dyn Shape>, Placement)> {
         match self.shape {
             ShapeSection::Sphere { diameter } => self.upright(Ok(Sphere { radius: 0.5 * scale * diameter })),
             ShapeSection::Cuboid { edges, .. } => self.upright(Cuboid::new(scale * Vec3::from(*edges))),
@@ -267,13 +284,34 @@ impl Shapes<'_> {
                 let build = if *hull { Polyhedron::hull } else { Polyhedron::from_corners };
                 let built = build(&points, tolerance);
                 let (shape, placement) = built.map_err(|e| self.bad(".vertices", &e))?;
-                Ok((Arc::new(shape), placement.rotation))
+                Ok((Arc::new(shape), placement))
             }
             ShapeSection::Mesh(mesh) => self.mesh(mesh, scale),
+            ShapeSection::Composite(section) => self.composite(section, scale),
         }
     }
 
-    fn mesh(&self, section: &MeshSection, scale: f64) -> Result<(Arc<dyn Shape>, Quat)> {
+    fn composite(&self, section: &CompositeSection, scale: f64) -> Result<(Arc<dyn Shape>, Placement)> {
+        let Self { document, files, .. } = *self;
+        let part = |(n, part): (usize, &PartSection)| {
+            let key = format!("{}.parts.{n}", self.key);
+            let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));
+            let shapes = Shapes { shape: &part.shape, key: shape_key, notes: RefCell::default(), ..*self };
+            let (shape, placement) = shapes.placed(scale * shapes.scale()?)?;
+            let given = part.orientation.as_ref();
+            let turn = given.map(|given| document.orientation(&format!("{key}.orientation"), given));
+            let turn = turn.transpose()?.unwrap_or_default();
+            let position = scale * Vec3::from(part.position) + turn * placement.centre;
+            Ok((Part { shape, position, orientation: turn * placement.rotation }, shapes.notes.into_inner()))
+        };
+        let built = section.parts.iter().enumerate().map(part).collect::<Result<Vec<_>>>()?;
+        let (parts, notes): (Vec<Part>, Vec<Vec<String>>) = built.into_iter().unzip();
+        *self.notes.borrow_mut() = notes.concat();
+        let (shape, placement) = Composite::new(parts).map_err(|e| self.bad(".parts", &e))?;
+        Ok((Arc::new(shape), placement))
+    }
+
+    fn mesh(&self, section: &MeshSection, scale: f64) -> Result<(Arc<dyn Shape>, Placement)> {
         let unit = section.unit.map_or(1.0, LengthUnit::metres);
         let (factor, path) = (scale * unit * section.scale, self.files.path(&section.file));
         let bad = |e: ShapeError| self.bad(".file", &e);
@@ -281,27 +319,43 @@ impl Shapes<'_> {
             // A body of the caller's own has one size.
             let problem = format!("a shape of its own cannot be scaled, here by {factor}");
             let refused = || bad(ShapeError::Mesh { path, problem });
-            return ((factor - 1.0).abs() < 1e-12).then(|| (shape, Quat::identity())).ok_or_else(refused);
+            return ((factor - 1.0).abs() < 1e-12).then(|| (shape, as_given())).ok_or_else(refused);
         }
-        let mesh = (self.files.contents(&section.file, input::MESH))
+        let mut meshes = (self.files.contents(&section.file, input::MESH))
             .map_err(|e| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {e}") })
-            .and_then(|bytes| mesh::parse(&path, &bytes, factor, section.hull))
+            .and_then(|bytes| {
+                if section.parts {
+                    mesh::parts(&path, &bytes, factor, section.hull)
+                } else {
+                    mesh::parse(&path, &bytes, factor, section.hull).map(|mesh| vec![mesh])
+                }
+            })
             .map_err(bad)?;
         // Of any size the same.
-        *self.notes.borrow_mut() = (mesh.notes.iter())
+        *self.notes.borrow_mut() = (meshes.iter().flat_map(|mesh| &mesh.notes))
             .map(|note| {
                 let title = format!("{}: {note}", self.files.path(&section.file).display());
                 self.document.warning(&format!("{}.file", self.key), &title, "this mesh", "")
             })
             .collect();
-        Ok((Arc::new(mesh.body), mesh.placement.rotation))
+        if meshes.len() > 1 {
+            let part = |Mesh { body, placement, .. }: Mesh| Part {
+                shape: Arc::new(body),
+                position: placement.centre,
+                orientation: placement.rotation,
+            };
+            let (shape, placement) = Composite::new(meshes.into_iter().map(part).collect()).map_err(bad)?;
+            return Ok((Arc::new(shape), placement));
+        }
+        let mesh = meshes.pop().expect("a file has a surface");
+        Ok((Arc::new(mesh.body), mesh.placement))
     }
 
     fn upright<S: Shape + 'static>(
         &self,
         shape: std::result::Result<S, ShapeError>,
-    ) -> Result<(Arc<dyn Shape>, Quat)> {
-        shape.map(|shape| (Arc::new(shape) as _, Quat::identity())).map_err(|e| self.bad("", &e))
+    ) -> Result<(Arc<dyn Shape>, Placement)> {
+        shape.map(|shape| (Arc::new(shape) as _, as_given())).map_err(|e| self.bad("", &e))
     }
 
     /// The error of a shape, at one of its keys (`.file`) or all of it.

@@ -13,11 +13,12 @@ const REMEDY: &str = "export the mesh again as STL, text or binary";
 const HEAD: usize = 84;
 const FACET: usize = 50;
 
-pub(super) fn parse(bytes: &[u8]) -> Result<Vec<[Vec3; 3]>, String> {
+/// The facets, and the first one of each solid.
+pub(super) fn parse(bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, Vec<usize>), String> {
     let count = bytes.get(80..HEAD).map(le_u32);
     let length = count.map(|count| HEAD as u64 + FACET as u64 * u64::from(count));
     if length == Some(bytes.len() as u64) {
-        return Ok(bytes[HEAD..].chunks_exact(FACET).map(binary_facet).collect());
+        return Ok((bytes[HEAD..].chunks_exact(FACET).map(binary_facet).collect(), vec![0]));
     }
     let begin = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start();
     if begin.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && !begin.contains(&0) {
@@ -46,8 +47,8 @@ fn binary_facet(bytes: &[u8]) -> [Vec3; 3] {
     [3, 6, 9].map(|at| Vec3::new(number(at), number(at + 1), number(at + 2)))
 }
 
-fn text(text: &str) -> Result<Vec<[Vec3; 3]>, String> {
-    let mut facets = Vec::new();
+fn text(text: &str) -> Result<(Vec<[Vec3; 3]>, Vec<usize>), String> {
+    let (mut facets, mut solids) = (Vec::new(), Vec::new());
     let mut corners = Vec::new();
     let mut ended = false;
     for (line, number) in text.lines().zip(1..) {
@@ -72,7 +73,8 @@ fn text(text: &str) -> Result<Vec<[Vec3; 3]>, String> {
                     facet.map_err(|_| bad("a facet has three lines `vertex x y z`; triangulate the mesh"))?;
                 facets.push(facet);
             }
-            "facet" | "outer" | "endloop" | "solid" => {}
+            "facet" | "outer" | "endloop" => {}
+            "solid" => solids.push(facets.len()),
             "endsolid" => ended = true,
             other => {
                 return Err(bad(&format!("`{}` is no word of a text STL; {REMEDY}", input::word(other))));
@@ -85,7 +87,7 @@ fn text(text: &str) -> Result<Vec<[Vec3; 3]>, String> {
             facets.len()
         ));
     }
-    Ok(facets)
+    Ok((facets, solids))
 }
 
 fn coordinate(word: &str) -> Result<f64, String> {

@@ -296,11 +296,39 @@ fn separate_or_overlapping_solids_are_told_apart_from_concave_bodies() {
         let both: Vec<[Vec3; 3]> = cube.iter().copied().chain(second).collect();
         let message = read_bytes("two.stl", &text_stl(&both), false).unwrap_err();
         let words =
-            ["2 separate surfaces, the second with facet 12", "unite overlapping solids", "`hull = true`"];
+            ["2 separate surfaces, the second with facet 12", "`parts = true`", "`hull = true`"];
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
         let notes = read_bytes("two.stl", &text_stl(&both), true).unwrap().notes;
         assert!(notes[0].contains("2 separate surfaces"), "{notes:?}");
     }
+}
+
+#[test]
+fn solids_groups_and_separate_surfaces_of_a_file_are_the_parts_of_a_body() {
+    let cube = box_facets(Vec3::repeat(1.0));
+    // Two that touch, which only their names tell apart.
+    let beside: Vec<[Vec3; 3]> = cube.iter().map(|facet| facet.map(|corner| corner + Vec3::x())).collect();
+    let solids = [text_stl(&cube), text_stl(&beside)].concat();
+    let away: Vec<[Vec3; 3]> = cube.iter().map(|facet| facet.map(|corner| corner + Vec3::y() * 3.0)).collect();
+    let surfaces = binary_stl(&[cube.clone(), away].concat(), "");
+    let (head, faces) = OBJ_CUBE.split_once("vn 0 0 1").unwrap();
+    let second = "g second\nf 3 10 9 2\nf 6 11 12 7\nf 2 9 11 6\nf 9 10 12 11\nf 10 3 7 12\nf 3 2 6 7\n";
+    let groups = format!("{head}v 2 0 0\nv 2 1 0\nv 2 0 1\nv 2 1 1\nvn 0 0 1\ng first{faces}{second}").into_bytes();
+    for (name, bytes, apart) in
+        [("solids.stl", solids, 1.0), ("surfaces.stl", surfaces, 3.0), ("groups.obj", groups, 1.0)]
+    {
+        let found = parts(&PathBuf::from(name), &bytes, 1e-3, false).unwrap();
+        assert_eq!(found.len(), 2);
+        assert!(found.iter().all(|part| (part.body.volume() / 1e-9 - 1.0).abs() < 1e-6));
+        let between = (found[1].placement.centre - found[0].placement.centre).norm();
+        assert!((between / (1e-3 * apart) - 1.0).abs() < 1e-6, "{name}");
+    }
+    let mut open = cube.clone();
+    open.truncate(11);
+    let shifted = open.iter().map(|facet| facet.map(|corner| corner + Vec3::z() * 3.0));
+    let both: Vec<[Vec3; 3]> = cube.iter().copied().chain(shifted).collect();
+    let message = parts(&PathBuf::from("open.stl"), &text_stl(&both), 1.0, false).unwrap_err().to_string();
+    assert!(message.contains("part 1, whose facet 0 is facet 12 of the file: the surface is open"), "{message}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Walls from mesh files: any surface, closed or open.
 
 use super::surface::Surface;
-use super::{facets, scaled, tolerance};
+use super::{Facets, facets, scaled, tolerance};
 use crate::math::Vec3;
 use crate::shape::ShapeError;
 use crate::shape::error::check_size;
@@ -25,7 +25,7 @@ pub fn wall(
 ) -> Result<(WallMesh, Vec<String>), ShapeError> {
     check_size("scale", scale)?;
     facets(path, bytes)
-        .and_then(|(facets, rounding)| {
+        .and_then(|Facets { facets, rounding, .. }| {
             let scaled = scaled(&facets, scale)?;
             let ((precision, extent), rounded) = tolerance(&facets, &scaled, rounding);
             let (mesh, mut notes) = of(&scaled, precision * extent, free)?;

@@ -134,7 +134,7 @@ impl ParticleSurfaces {
 
 /// Returns true if the surface has no edges, as far as the mesh shows.
 fn is_smooth(shape: &dyn Shape, mesh: &SurfaceMesh) -> bool {
-    if shape.as_polyhedron().is_some() {
+    if shape.as_polyhedron().is_some() || !shape.parts().is_empty() {
         return false;
     }
     mesh.triangles.iter().all(|triangle| {

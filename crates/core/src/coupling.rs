@@ -215,7 +215,7 @@ impl Coupling {
                 self.bodies.push(body);
                 continue;
             }
-            for ((_, part), (shape, shift)) in template.parts().zip(felt) {
+            for (n, ((_, part), (shape, shift))) in template.parts().zip(felt).enumerate() {
                 let (mut turn, mut motion) = (particle.orientation(), body.motion);
                 if let Some(part) = part {
                     // The fluid gets the velocities of the body, so of this motion only the centre counts.
@@ -223,7 +223,11 @@ impl Coupling {
                     motion.centre = std::array::from_fn(|a| motion.centre[a] + arm[a]);
                     turn *= part.orientation;
                 }
-                self.parts.push((i as u32, Mapper::new(shape, turn, motion, params, *shift)));
+                let mut mapper = Mapper::new(shape, turn, motion, params, *shift);
+                if !template.shape.shared_with(n).is_empty() {
+                    mapper.of = Some((template.shape.clone(), n));
+                }
+                self.parts.push((i as u32, mapper));
             }
             self.bodies.push(body);
         }

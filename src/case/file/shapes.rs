@@ -1,5 +1,6 @@
 //! Shapes as the user writes them.
 
+use super::particles::OrientationSection;
 use crate::document::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -63,13 +64,18 @@ pub enum ShapeSection {
         #[schemars(transform = positive)]
         equivalent_diameter: Option<f64>,
     },
-    /// A convex body from an STL or OBJ file.
+    /// A body from an STL or OBJ file: convex, or of several convex parts.
     Mesh(MeshSection),
+    /// The union of several shapes, a rigid body.
+    Composite(CompositeSection),
 }
 
 impl ShapeSection {
     /// A question about the unit of a mesh file whose lengths are taken as metres only because the case gives no unit.
     pub(in crate::case) fn doubtful_unit(&self) -> Option<&'static str> {
+        if let Self::Composite(CompositeSection { parts, equivalent_diameter: None }) = self {
+            return parts.iter().find_map(|part| part.shape.doubtful_unit());
+        }
         let Self::Mesh(MeshSection { unit: None, equivalent_diameter: None, .. }) = self else {
             return None;
         };
@@ -107,7 +113,7 @@ pub struct CylinderSection {
     pub equivalent_diameter: Option<f64>,
 }
 
-/// A convex body from a file.
+/// A body from a file.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshSection {
@@ -122,9 +128,37 @@ pub struct MeshSection {
     /// Takes the convex hull of a body that is not convex, instead of refusing it. Default false.
     #[serde(default)]
     pub hull: bool,
+    /// Takes each solid, group or object of the file, and each surface apart from the others, as a convex part of one body. Default false.
+    #[serde(default)]
+    pub parts: bool,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
     #[schemars(transform = positive)]
     pub equivalent_diameter: Option<f64>,
+}
+
+/// The union of several shapes. Its centre of mass is where the particle is; its axes are those of the parts.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CompositeSection {
+    /// Its parts, at most 256. They may touch and overlap: what they share counts once.
+    #[schemars(extend("minItems" = 1))]
+    pub parts: Vec<PartSection>,
+    /// Diameter of the sphere of equal volume (m); makes all lengths proportions.
+    #[schemars(transform = positive)]
+    pub equivalent_diameter: Option<f64>,
+}
+
+/// A part of a body.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PartSection {
+    /// Geometry.
+    pub shape: ShapeSection,
+    /// Where the origin of the shape is in the body (m): its centre, or the origin of its vertices or file. Default `[0, 0, 0]`.
+    #[serde(default)]
+    pub position: [f64; 3],
+    /// Orientation of the shape in the body. Default: its axes are those of the body.
+    pub orientation: Option<OrientationSection>,
 }
 
 fn one() -> f64 {

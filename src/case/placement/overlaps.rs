@@ -227,7 +227,8 @@ fn depth_in(surface: &Surface, body: &Body, position: Vec3) -> Option<f64> {
             let towards = body.orientation.inverse_transform_vector(&-normal);
             shape.support(towards).dot(&towards) + gap - clearance
         }
-        _ if clearance <= 0.0 => radius - clearance,
+        // The centre of a body of several parts may lie outside of it.
+        _ if clearance <= 0.0 && shape.parts().is_empty() => radius - clearance,
         _ => overlap_wall(Geometry::Exact, body, &surface.seen_from(position))?.depth,
     };
     (depth > 0.0).then_some(depth)

@@ -1,4 +1,4 @@
-//! Outline of a convex body in a plane that cuts it.
+//! Outline of a body in a plane that cuts it.
 
 use crate::math::{Quat, Vec3};
 use crate::shape::{Shape, SurfaceMesh};
@@ -10,7 +10,46 @@ pub(super) const REFINEMENT: u32 = 5;
 /// Points on the outline of a sphere.
 const POINTS: u32 = 256;
 
-/// The outline of a body in the plane `origin + a across + b up`, as pairs `(a, b)` in order round it.
+/// Points on each straight or curved piece of the outline of a part, and depth (radii of the body) from which on they lie in another part.
+const PIECES: u32 = 64;
+const TOUCHING: f64 = 1e-3;
+
+/// Lines of the outline of a body of several parts: those of its parts that lie in no other one. `meshes` are the surfaces of the parts;
+/// otherwise as [`cut`].
+pub(super) fn lines(
+    shape: &dyn Shape,
+    meshes: &[SurfaceMesh],
+    orientation: &Quat,
+    origin: Vec3,
+    [across, up]: [Vec3; 2],
+) -> Vec<[(f64, f64); 2]> {
+    let (mut lines, size) = (Vec::new(), shape.circumradius());
+    for (n, (part, mesh)) in shape.parts().iter().zip(meshes).enumerate() {
+        let turn = orientation * part.orientation;
+        let outline = cut(&*part.shape, &mesh, &turn, origin - orientation * part.position, across, up);
+        let hidden = |(a, b): (f64, f64)| {
+            let point = orientation.inverse_transform_vector(&(origin + a * across + b * up));
+            let others = shape.parts().iter().enumerate().filter(|(k, _)| *k != n);
+            others.into_iter().any(|(_, other)| {
+                let own = other.orientation.inverse_transform_vector(&(point - other.position));
+                other.shape.signed_distance(own) < TOUCHING * size
+            })
+        };
+        for (from, to) in outline.iter().zip(outline.iter().cycle().skip(1)) {
+            let apart = (to.0 - from.0).hypot(to.1 - from.1);
+            let pieces = (f64::from(PIECES) * apart / size).ceil().max(1.0);
+            let at = |k: f64| {
+                let part = k / pieces;
+                (from.0 + part * (to.0 - from.0), from.1 + part * (to.1 - from.1))
+            };
+            let seen = (0..pieces as u32).map(f64::from).filter(|k| !hidden(at(k + 0.5)));
+            lines.extend(seen.map(|k| [at(k), at(k + 1.0)]));
+        }
+    }
+    lines
+}
+
+/// The outline of a convex body in the plane `origin + a across + b up`, as pairs `(a, b)` in order round it.
 ///
 /// `origin` is relative to the centre of mass, `across` and `up` are unit vectors, world axes; `mesh` is the surface of the body, which
 /// spheres do not need. Empty where the plane misses the body. Spheres and bodies with flat faces are cut exactly.
@@ -61,7 +100,8 @@ pub(super) fn cut(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{Cuboid, Cylinder, Sphere, Superellipsoid};
+    use crate::shape::{Composite, Cuboid, Cylinder, Part, Sphere, Superellipsoid};
+    use std::sync::Arc;
 
     fn outline(shape: &dyn Shape, turn: &Quat, origin: Vec3, across: Vec3) -> Vec<(f64, f64)> {
         cut(shape, &&shape.surface_mesh(REFINEMENT), turn, origin, across, Vec3::z())
@@ -101,6 +141,23 @@ mod tests {
         // Through edges and corners.
         let diagonal = outline(&cube, &Quat::identity(), Vec3::zeros(), Vec3::new(1.0, 1.0, 0.0).normalize());
         assert!((area(&diagonal) / (4.0 * 2.0_f64.sqrt()) - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_cross_of_bars_has_the_outline_of_a_cross() {
+        let bar = |edges: [f64; 3]| Part {
+            shape: Arc::new(Cuboid::new(edges.into()).unwrap()),
+            position: Vec3::zeros(),
+            orientation: Quat::identity(),
+        };
+        let (cross, _) = Composite::new(vec![bar([3.0, 1.0, 1.0]), bar([1.0, 1.0, 3.0])]).unwrap();
+        let meshes: Vec<SurfaceMesh> =
+            cross.parts().iter().map(|part| part.shape.surface_mesh(REFINEMENT)).collect();
+        let axes = [Vec3::x(), Vec3::z()];
+        let found = lines(&cross, &meshes, &Quat::identity(), Vec3::y() * 0.2, axes);
+        let length: f64 = found.iter().map(|[p, q]| (p.0 - q.0).hypot(p.1 - q.1)).sum();
+        // Four ends, and eight sides of the arms.
+        assert!((length / 12.0 - 1.0).abs() < 0.01, "{length}");
     }
 
     #[test]

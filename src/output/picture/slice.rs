@@ -1,12 +1,13 @@
 //! A slice through the box: velocity magnitude in colour, particles as outlines, walls in grey.
 
-use super::outline::{REFINEMENT, cut};
+use super::outline::{REFINEMENT, cut, lines};
 use super::plane::Plane;
 use super::snapshot::{AXES, Scale, Snapshot};
 use super::{Format, write_figure};
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::particle::Particle;
+use crate::shape::SurfaceMesh;
 use crate::wall::Surface;
 use std::cell::LazyCell;
 use std::path::Path;
@@ -105,13 +106,20 @@ fn draw_particles(image: &mut Image, snapshot: &Snapshot, plane: &Plane) {
     for group in particles.chunk_by(|a, b| a.template == b.template) {
         let shape = &*snapshot.templates[group[0].template as usize].shape;
         let mesh = LazyCell::new(|| shape.surface_mesh(REFINEMENT));
+        let of_parts: Vec<SurfaceMesh> =
+            shape.parts().iter().map(|part| part.shape.surface_mesh(REFINEMENT)).collect();
+        let on_page = |(a, b): (f64, f64)| ((a * scale) as f32, (plane.down(b) * scale) as f32);
         for particle in group {
             for centre in snapshot.images(particle.position(), shape.circumradius(), &[0, 1, 2]) {
                 let turn = particle.orientation();
+                if !of_parts.is_empty() {
+                    for line in lines(shape, &of_parts, &turn, middle - centre, [across, up]) {
+                        image.outline(&line.map(on_page));
+                    }
+                    continue;
+                }
                 let outline = cut(shape, &mesh, &turn, middle - centre, across, up);
-                let points: Vec<(f32, f32)> = (outline.iter())
-                    .map(|&(a, b)| ((a * scale) as f32, (plane.down(b) * scale) as f32))
-                    .collect();
+                let points: Vec<(f32, f32)> = outline.into_iter().map(on_page).collect();
                 if extent(&points) >= SMALLEST_OUTLINE {
                     image.outline(&points);
                 }

@@ -182,6 +182,22 @@ fn mesh(shape: &dyn Shape, refinement: u32) -> Mesh {
         }
         return Mesh { points: body.vertices.iter().map(|&v| single(v)).collect(), triangles, open: false };
     }
+    if !shape.parts().is_empty() {
+        let mut all = Mesh { points: Vec::new(), triangles: Vec::new(), open: false };
+        for part in shape.parts() {
+            let own = mesh(&*part.shape, refinement);
+            let (first, faces) = (all.points.len() as u32, all.triangles.iter().map(|t| t.face + 1).max());
+            let faces = faces.unwrap_or(0);
+            let turned = |v: [f32; 3]| part.orientation * Vec3::from(v.map(f64::from));
+            all.points.extend(own.points.iter().map(|&point| single(part.position + turned(point))));
+            all.triangles.extend(own.triangles.iter().map(|t| Triangle {
+                corners: t.corners.map(|corner| first + corner),
+                normals: t.normals.map(|normal| single(turned(normal))),
+                face: faces + t.face,
+            }));
+        }
+        return all;
+    }
     let surface = shape.surface_mesh(refinement);
     let ends = shape.as_cylinder().is_some();
     let triangle = |corners: &[u32; 3]| {

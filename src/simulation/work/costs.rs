@@ -17,6 +17,7 @@
 use crate::contact::{ContactModel, Geometry, sampled};
 use crate::fluid::Precision;
 use crate::particle::Template;
+use crate::shape::Shape;
 
 /// The value for populations in half, in single or in double precision.
 pub(super) fn by_precision<V>(precision: Precision, half: V, single: V, double: V) -> V {
@@ -63,9 +64,10 @@ pub(super) enum Form {
 
 impl Form {
     pub(super) fn of(template: &Template) -> Self {
+        let all = |is: fn(&dyn Shape) -> bool| template.parts().all(|(part, _)| is(&**part));
         if template.shape.as_sphere().is_some() {
             Self::Sphere
-        } else if template.shape.as_polyhedron().is_some() {
+        } else if all(|part| part.as_polyhedron().is_some()) {
             Self::Flat
         } else if template.shape.as_ellipsoid().is_some() {
             Self::Ellipsoid

@@ -76,13 +76,15 @@ impl Coupling {
     /// Adds the cells of the parts of a body and returns the index of the first segment. Parts that share cells are one there.
     fn cover_parts(&self, parts: &[(u32, Mapper)], cover: &mut Cover) -> usize {
         let (first, params) = (cover.added.len(), &self.params);
+        let mut found = Vec::new();
         for (body, part) in parts {
+            found.push(cover.added.len());
             self.each_image(*body, part, |image| {
                 with_method!(params.method, method => method.cover(part, image, cover, params.simd));
             });
         }
         if parts.len() > 1 {
-            cover.join(first);
+            cover.join(&found, parts);
         }
         first
     }

@@ -6,7 +6,7 @@
 use super::mapper::{Image, Mapper};
 use crate::fluid::simd::{Lanes, Registers, Vectorised, vectorise};
 use crate::fluid::{GROUP, Real, RowSegments, Segment, Simd};
-use crate::math::ROUND;
+use crate::math::{ROUND, Vec3};
 
 /// Covered cells, as they are found.
 #[derive(Default)]
@@ -164,33 +164,46 @@ impl Cover {
         vectorise(simd, AddImage { cover: self, surface, mapper, image });
     }
 
-    /// Joins the segments from `first` on, those of the parts of one body, where those of one image share cells: there the body is one,
-    /// with the sum of the fractions of its parts, at most one. So nothing is counted twice, and parts have no film between them.
-    pub(super) fn join(&mut self, first: usize) {
-        let mut found = self.added.split_off(first);
-        let image_of = |(row, Segment { x, offset: [nx, ny, nz], .. }): &(u32, Segment)| {
+    /// Joins the segments of the parts of one body, that of each from `found` on, where those of one image share cells: there the body is one,
+    /// with the [union](union) of its parts. So nothing is counted twice, and parts have no film between them.
+    pub(super) fn join(&mut self, found: &[usize], parts: &[(u32, Mapper)]) {
+        let first = found[0];
+        let part_of = |at: usize| found.partition_point(|begin| *begin <= at) - 1;
+        let mut all: Vec<(usize, (u32, Segment))> =
+            self.added.split_off(first).into_iter().zip(first..).map(|(of, at)| (part_of(at), of)).collect();
+        let image_of = |(_, (row, Segment { x, offset: [nx, ny, nz], .. })): &(usize, (u32, Segment))| {
             (*row, i64::from(*x) - i64::from(*nx), *ny, *nz)
         };
-        found.sort_by_key(|of| (image_of(of), of.1.x));
-        let mut rest = &found[..];
-        while let [(row, first), ..] = rest {
+        all.sort_by_key(|of| (image_of(of), of.1.1.x));
+        let mut rest = &mut all[..];
+        while let [(_, (row, first)), ..] = rest {
+            let (row, first) = (*row, *first);
             let (mut end, mut count, image) = (first.end(), 1, image_of(&rest[0]));
-            while let Some((_, next)) = rest.get(count).filter(|of| image_of(of) == image && of.1.x < end) {
+            while let Some((_, (_, next))) =
+                rest.get(count).filter(|of| image_of(of) == image && of.1.1.x < end)
+            {
                 end = end.max(next.end());
                 count += 1;
             }
-            let (together, others) = rest.split_at(count);
+            let (together, others) = rest.split_at_mut(count);
             rest = others;
             if count == 1 {
-                self.added.push((*row, *first));
+                self.added.push((row, first));
                 continue;
             }
+            // In the order of the parts, whatever of them is in this block.
+            together.sort_by_key(|(part, _)| *part);
             let mut fractions = vec![0.0_f32; (end - first.x) as usize];
-            for (_, segment) in together {
-                let (cut, at) = (&self.cut[segment.cut as usize..], (segment.x - first.x) as usize);
-                for k in 0..usize::from(segment.count) {
-                    fractions[at + k] = (fractions[at + k] + segment.fraction(cut, k)).min(1.0);
-                }
+            let mut cell = Vec::new();
+            for (x, fraction) in (first.x..end).zip(&mut fractions) {
+                cell.clear();
+                let holds = together.iter().filter(|(_, (_, segment))| (segment.x..segment.end()).contains(&x));
+                cell.extend(holds.map(|(part, (_, segment))| {
+                    let cut = &self.cut[segment.cut as usize..];
+                    (&parts[*part].1, segment.fraction(cut, (x - segment.x) as usize))
+                }));
+                let [nx, ny, nz] = first.offset.map(i64::from);
+                *fraction = union(&cell, [nx + i64::from(x - first.x), ny, nz]);
             }
             let head = fractions.iter().take_while(|fraction| **fraction < 1.0).count();
             let solid = fractions[head..].iter().take_while(|fraction| **fraction >= 1.0).count();
@@ -199,13 +212,52 @@ impl Cover {
                 head: small(head),
                 tail: small(fractions.len() - head - solid),
                 cut: self.cut.len() as u32,
-                ..*first
+                ..first
             };
             self.cut.extend(&fractions[..head]);
             self.cut.extend(&fractions[head + solid..]);
-            self.added.push((*row, joined));
+            self.added.push((row, joined));
         }
     }
+}
+
+/// Solid fraction of a cell at an offset that these parts of a body cover with their own fractions: their sum, without what pairs of them share,
+///
+/// ```text
+/// max_i f_i <= sum f_i - sum s_ij <= 1
+/// ```
+///
+/// With two parts that is the fraction of the union, with more at most that.
+fn union(parts: &[(&Mapper, f32)], offset: [i64; 3]) -> f32 {
+    let (mut sum, mut most) = (0.0_f32, 0.0_f32);
+    for (n, (part, fraction)) in parts.iter().enumerate() {
+        (sum, most) = (sum + fraction, most.max(*fraction));
+        for (other, its) in parts[..n].iter().filter(|(other, _)| part.shares(other)) {
+            sum -= if fraction.max(*its) >= 1.0 {
+                fraction.min(*its)
+            } else {
+                let both = shared(part.plane(offset), other.plane(offset)) as f32;
+                both.clamp((fraction + its - 1.0).max(0.0), fraction.min(*its))
+            };
+        }
+    }
+    sum.max(most).min(1.0)
+}
+
+/// Sub-cells along each axis in which the fraction that two parts share is evaluated.
+const SUB: u32 = 4;
+
+/// Fraction of a cell below two planes, each given by its distance (cells) from the middle and its normal.
+fn shared((a, n): (f64, Vec3), (b, m): (f64, Vec3)) -> f64 {
+    let per_cell = f64::from(SUB);
+    let at = |k: u32| (f64::from(k) + 0.5) / per_cell - 0.5;
+    let below = |height: f64| (0.5 - per_cell * height).clamp(0.0, 1.0);
+    let mut sum = 0.0;
+    for k in 0..SUB * SUB * SUB {
+        let point = Vec3::new(at(k % SUB), at(k / SUB % SUB), at(k / (SUB * SUB)));
+        sum += below(a + n.dot(&point)) * below(b + m.dot(&point));
+    }
+    sum / (per_cell * per_cell * per_cell)
 }
 
 impl<S: Surface> RowVisitor<S> for Cover {

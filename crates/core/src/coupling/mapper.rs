@@ -114,6 +114,8 @@ pub(super) struct Mapper {
     pub(super) half_layer: f64,
     /// Distance by which the surface is moved in (cells).
     pub(super) shift: f64,
+    /// The body of which it is a part that shares space with others, and its number.
+    pub(super) of: Option<(Arc<dyn Shape>, usize)>,
 }
 
 impl Mapper {
@@ -149,6 +151,7 @@ impl Mapper {
             per_layer: 1.0 / (cells * dx),
             half_layer: 0.5 * cells,
             shift,
+            of: None,
         }
     }
 
@@ -184,6 +187,19 @@ impl Mapper {
             (first[axis], last[axis]) = (-(cells / 2), cells - 1 - cells / 2);
         }
         images_within([first, last], domain, block, reference, body, visit);
+    }
+
+    /// Distance (cells) of the middle of a cell at an offset from the reference cell to the surface as the fluid takes it, and its gradient.
+    pub(super) fn plane(&self, offset: [i64; 3]) -> (f64, Vec3) {
+        let at = Vec3::from_fn(|axis, _| offset[axis] as f64 - self.motion.centre[axis]);
+        let (distance, gradient) = self.shape.distance_and_gradient(self.to_body * (at * self.dx));
+        (distance * self.per_dx + self.shift, self.to_body.tr_mul(&gradient))
+    }
+
+    /// True if it shares space with another part of its body.
+    pub(super) fn shares(&self, other: &Self) -> bool {
+        let numbers = self.of.as_ref().zip(other.of.as_ref());
+        numbers.is_some_and(|((whole, own), (_, its))| whole.shared_with(*own).contains(&(*its as u32)))
     }
 
     /// Offsets of the covered cells of the row at `y, z` (cells from the centre), and of those fully solid (maybe none, then

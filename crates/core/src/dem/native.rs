@@ -159,7 +159,7 @@ impl Native {
         let model = params.contact.clone().unwrap_or_default();
         let constants: Vec<TemplateConstants> = (templates.iter().enumerate())
             .map(|(index, template)| TemplateConstants {
-                parts: template.parts().map(|part| PartConstants::new(part, &model)).collect(),
+                parts: PartConstants::all(template, &model),
                 bound: model.reach(&template.shape),
                 reach: model.reach_along(&template.shape),
                 inertia: Inertia::of(template),

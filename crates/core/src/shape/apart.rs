@@ -10,7 +10,7 @@
 
 use super::composite::{ROUNDING, overlap};
 use super::polyhedron::COMPUTED;
-use super::{Part, Polyhedron, Shape};
+use super::{Part, Polyhedron};
 use crate::math::{Quat, Vec3};
 use std::sync::Arc;
 

@@ -432,7 +432,8 @@ pub(crate) mod tests {
         let mut inside = 0;
         for n in 0..20_000 {
             let at = |k: f64| 2.4 * ((f64::from(n) * k) % 1.0) - 1.2;
-            let point = Vec3::new(at(0.618_034), at(0.414_214), at(0.732_051));
+            // The steps of the sequence that fills a cube evenly.
+            let point = Vec3::new(at(0.819_172_5), at(0.671_043_6), at(0.549_700_5));
             let holders = |parts: &[Part], point: Vec3| {
                 parts.iter().filter(|p| p.shape.signed_distance(p.to_own(point)) < 0.0).count()
             };

@@ -27,6 +27,8 @@ struct Entry {
 fn kind(shape: &dyn Shape) -> &'static str {
     if shape.as_sphere().is_some() {
         "sphere"
+    } else if !shape.parts().is_empty() {
+        "composite"
     } else if shape.as_ellipsoid().is_some() {
         "spheroid"
     } else {

@@ -17,7 +17,7 @@ use crate::dem::integrator::Inertia;
 use crate::dem::{ContactKey, Load};
 use crate::error::Result;
 use crate::math::{Mat3, Vec3};
-use crate::particle::{Particle, PrescribedMotion};
+use crate::particle::{Particle, PrescribedMotion, Template};
 use crate::shape::{Part, Shape};
 use std::sync::Arc;
 
@@ -50,6 +50,8 @@ pub(super) struct PartConstants {
     pub(super) shape: GrownShape,
     /// Its pose in the body, if it is not the only part.
     pose: Option<Part>,
+    /// The parts of the body that it shares space with.
+    shared: Vec<u32>,
     /// [`ContactModel::reach`] of the shape (m).
     pub(super) bound: f64,
     /// Radius of the sphere of equal volume, or across a body that goes through the box, plus enlargement (m).
@@ -65,13 +67,21 @@ pub(super) struct PartConstants {
 }
 
 impl PartConstants {
-    pub(super) fn new((shape, pose): (&Arc<dyn Shape>, Option<&Part>), model: &ContactModel) -> Self {
+    /// The parts of a template.
+    pub(super) fn all(template: &Template, model: &ContactModel) -> Vec<Self> {
+        let shared = |n: usize| template.shape.shared_with(n).to_vec();
+        let parts = template.parts().enumerate();
+        parts.map(|(n, part)| Self { shared: shared(n), ..Self::new(part, model) }).collect()
+    }
+
+    fn new((shape, pose): (&Arc<dyn Shape>, Option<&Part>), model: &ContactModel) -> Self {
         let (bound, circumradius) = (model.reach(shape), shape.circumradius());
         let range = model.lubrication.map_or(0.0, |lubrication| lubrication.range());
         let grown = circumradius + model.enlargement;
         Self {
             shape: GrownShape::new(shape.clone(), model.enlargement),
             pose: pose.cloned(),
+            shared: Vec::new(),
             bound,
             near_wall: bound.max(circumradius + range).max(grown + model.stretch(grown)),
             circumradius,
@@ -204,6 +214,32 @@ impl ContactContext {
         (!is_one || shift != [0; 3]).then_some(shift)
     }
 
+    /// Part of a contact that counts, where parts of a body share space: one over the number of parts that have it,
+    ///
+    /// ```text
+    /// 1 / (1 + sum_j f_j),   f_j = (1 - s_j / a) / 2 within 0 and 1
+    /// ```
+    ///
+    /// `s_j` is the distance of the point of contact, relative to the centre of the body (m), from the surface of another part, and `a` the radius
+    /// of a disc with the area of the contact: `f_j` is the part of it that lies in the other one.
+    pub(super) fn share(&self, index: PartIndex, point: Vec3, area: f64) -> f64 {
+        let (particle, part) = self.part(index);
+        if part.shared.is_empty() || area <= 0.0 {
+            return 1.0;
+        }
+        let radius = (area * std::f64::consts::FRAC_1_PI).sqrt();
+        let parts = &self.constants(particle).parts;
+        let within = part.shared.iter().map(|&other| {
+            let other = &parts[other as usize];
+            let Body { grown, orientation } = other.body(particle);
+            let seen = point - other.arm(particle).unwrap_or_default();
+            let own = orientation.inverse_transform_vector(&seen);
+            let distance = grown.shape.signed_distance(own) - grown.enlargement;
+            (0.5 * (1.0 - distance / radius)).clamp(0.0, 1.0)
+        });
+        1.0 / (1.0 + within.sum::<f64>())
+    }
+
     /// The parts of the owned particles.
     pub(super) fn owned_parts(&self) -> impl Iterator<Item = PartIndex> {
         let owned = (0..).zip(self.local.store.owned());
@@ -288,11 +324,13 @@ impl ContactContext {
                 }
                 continue;
             };
-            let (overlap, offset) = match [one.arm(a), other.arm(b)] {
-                [None, None] => (overlap, offset),
+            let (overlap, offset, part) = match [one.arm(a), other.arm(b)] {
+                [None, None] => (overlap, offset, 1.0),
                 arms => {
                     let [arm, its] = arms.map(Option::unwrap_or_default);
-                    (overlap.seen_from(arm), offset + arm - its)
+                    let (overlap, offset) = (overlap.seen_from(arm), offset + arm - its);
+                    let own = self.share(indices[0], overlap.point, overlap.area);
+                    (overlap, offset, own * self.share(indices[1], overlap.point - offset, overlap.area))
                 }
             };
             let (law, levers) = (law(), [overlap.point, overlap.point - offset]);
@@ -315,7 +353,7 @@ impl ContactContext {
                 ),
                 point: domain.wrap(a.position() + overlap.point),
             };
-            let entry = forces.evaluate(&input);
+            let entry = forces.evaluate(&input).part(part);
             let entry = film.map_or(entry, |film| entry.with(&film.action));
             forces.add(&entry, near, store);
             let thinner = one.thickness.min(other.thickness);

@@ -75,6 +75,17 @@ impl PairEntry {
         Self { key, indices, action, point, normal, depth: 0.0, volume: 0.0 }
     }
 
+    /// The part of it that counts, where another part of the body has it, too.
+    #[must_use]
+    pub(super) fn part(mut self, part: f64) -> Self {
+        if part < 1.0 {
+            self.action.force *= part;
+            self.action.torques = self.action.torques.map(|torque| torque * part);
+            self.volume *= part;
+        }
+        self
+    }
+
     /// Adds what the film does.
     #[must_use]
     pub(super) fn with(mut self, film: &Action) -> Self {

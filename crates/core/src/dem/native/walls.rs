@@ -216,6 +216,7 @@ impl ContactContext {
         }
         let point = centre + overlap.point;
         let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
+        let part = self.share(index, overlap.point, overlap.area);
         let input = ContactInput {
             key,
             from,
@@ -241,7 +242,7 @@ impl ContactContext {
             ),
             point: domain.wrap(point),
         };
-        let entry = forces.evaluate(&input);
+        let entry = forces.evaluate(&input).part(part);
         if let (Some(facets), Some(number)) = (&mut forces.facets, ContactState::wall_of(key.second)) {
             let of_contact = [-entry.action.force, entry.normal, input.motion.velocity];
             facets.add((number, key.parts[1]), of_contact, dt);
