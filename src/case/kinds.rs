@@ -292,7 +292,7 @@ impl Shapes<'_> {
     }
 
     fn composite(&self, section: &CompositeSection, scale: f64) -> Result<(Arc<dyn Shape>, Placement)> {
-        let Self { document, files, .. } = *self;
+        let document = self.document;
         let part = |(n, part): (usize, &PartSection)| {
             let key = format!("{}.parts.{n}", self.key);
             let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));

@@ -16,7 +16,7 @@ use turbid::simulation::Simulation;
 const CASES: u32 = 200;
 const STEPS: u64 = 24;
 
-const SHAPES: [&str; 10] = [
+const SHAPES: [&str; 13] = [
     "sphere = { diameter = 5e-4 }",
     "cube = { edge = 4e-4 }",
     "cuboid = { edges = [5e-4, 4e-4, 3e-4] }",
@@ -27,6 +27,13 @@ const SHAPES: [&str; 10] = [
     "sphere = { diameter = 6e-4 }",
     "cube = { edge = 5e-4 }",
     "superellipsoid = { axes = [5e-4, 5e-4, 4e-4], exponents = [0.6, 0.8] }",
+    "composite = { parts = [{ shape = { sphere = { diameter = 4e-4 } }, position = [-1.2e-4, 0, 0] }, \
+     { shape = { sphere = { diameter = 4e-4 } }, position = [1.2e-4, 0, 0] }, \
+     { shape = { sphere = { diameter = 3e-4 } }, position = [0, 1.8e-4, 5e-5] }] }",
+    "composite = { parts = [{ shape = { cuboid = { edges = [6e-4, 2e-4, 2e-4] } } }, \
+     { shape = { cuboid = { edges = [2e-4, 6e-4, 2e-4] } } }] }",
+    "composite = { parts = [{ shape = { cylinder = { diameter = 3e-4, length = 4e-4 } } }, \
+     { shape = { cube = { edge = 3e-4 } }, position = [1e-4, 2e-4, 1e-4] }] }",
 ];
 
 /// Bodies that fill most of a box, the first two known to lubrication.
@@ -185,7 +192,9 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     }
     if substeps == 2 {
         contact += "cohesion = \"sjkr\"\ncohesion_density = 50\n";
-    } else if text.matches("shape = {").count() == text.matches("shape = { sphere").count() {
+    } else if text.matches("shape = {").count() == text.matches("shape = { sphere").count()
+        && !text.contains("composite")
+    {
         // Of spheres with Hertz's force alone.
         let law = contact.lines().find(|line| line.starts_with("law")).unwrap().to_owned();
         contact = contact.replace(&law, "law = \"hertz\"");

@@ -8,6 +8,7 @@ mod agglomerate;
 mod channel;
 mod cohesion;
 mod column_collapse;
+mod composites;
 mod context;
 mod cylinder;
 mod drafting;
@@ -91,6 +92,7 @@ pub const CASES: &[Case] = &[
     settling_front::CASE,
     restitution::CASE,
     friction::CASE,
+    composites::CASE,
     hard_sphere_gas::CASE,
     packings::CASE,
     slope::CASE,

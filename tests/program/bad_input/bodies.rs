@@ -70,6 +70,31 @@ fn shapes_that_are_no_bodies_are_refused() {
             "{ cuboid = { edges = [6.2e-3, 1e-4, 1e-4] } }",
             &["14 |", "bad.toml:3:", "too large for the box"],
         ),
+        (
+            SPHERE,
+            "{ composite = { parts = [] } }",
+            &["bad.toml:14:", "`particles.0.shape.composite.parts`", "at least 1"],
+        ),
+        (
+            SPHERE,
+            "{ composite = { parts = [{ shape = { cube = { edge = 0 } } }] } }",
+            &["bad.toml:14:", "`particles.0.shape.composite.parts.0.shape.cube.edge` is 0"],
+        ),
+        (
+            SPHERE,
+            "{ composite = { parts = [{ shape = { cube = { edge = 1e-4 } }, orientation = { axis = [0, 0, 1] } }] } }",
+            &["bad.toml:14:", "`particles.0.shape.composite.parts.0.orientation`", "no angle"],
+        ),
+        (
+            SPHERE,
+            "{ composite = { parts = [{ shape = { cube = { edge = 1e-4 } }, place = [0, 0, 0] }] } }",
+            &["bad.toml:14:", "unknown key `place`", "position"],
+        ),
+        (
+            SPHERE,
+            "{ composite = { parts = [{ shape = { mesh = { file = \"none.stl\" } } }] } }",
+            &["bad.toml:14:", "none.stl", "cannot be read"],
+        ),
         ("seed = 1", "seed = 1\nsizes = []", &["bad.toml:18:9", "`particles.0.sizes` is empty"]),
         (
             "seed = 1",

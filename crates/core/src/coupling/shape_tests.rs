@@ -9,7 +9,9 @@ use crate::fluid::{Boundary, Simd};
 use crate::math::{Quat, nalgebra::Quaternion};
 use crate::particle::Template;
 use crate::shape::composite::tests::{dumbbell, halves};
-use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Shape, Sphere, Superellipsoid};
+use crate::shape::{
+    Capsule, Composite, Cuboid, Cylinder, Ellipsoid, Part, Polyhedron, Shape, Sphere, Superellipsoid,
+};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
@@ -300,6 +302,54 @@ fn cells_that_two_parts_of_a_body_cover_count_once() {
         assert!((both - (first + second).min(1.0)).abs() < 1e-6, "{both} {first} {second}");
     }
     assert!(shared > 20, "{shared}");
+}
+
+/// Four spheres and a rod that share much space with each other.
+fn clump() -> Arc<dyn Shape> {
+    let at = |shape: Arc<dyn Shape>, x: f64, y: f64, z: f64| Part {
+        shape,
+        position: Vec3::new(x, y, z),
+        orientation: Quat::from_euler_angles(0.3, 0.2, 0.1),
+    };
+    let ball = |radius| -> Arc<dyn Shape> { Arc::new(Sphere { radius }) };
+    let parts = vec![
+        at(ball(0.7), 0.0, 0.0, 0.0),
+        at(ball(0.6), 0.6, 0.1, 0.0),
+        at(ball(0.5), -0.2, 0.6, 0.3),
+        at(ball(0.6), 0.3, -0.2, 0.5),
+        at(Arc::new(Capsule::new(0.3, 1.4).unwrap()), 0.1, 0.1, -0.2),
+    ];
+    Arc::new(Composite::new(parts).unwrap().0)
+}
+
+#[test]
+fn parts_that_overlap_cover_the_volume_of_their_union_and_no_cell_more_than_that() {
+    let (shape, mut random) = (clump(), ChaCha8Rng::seed_from_u64(21));
+    let domain = room(&*shape);
+    let [nx, ny, _] = domain.cells;
+    let (mut furthest, mut above) = (0.0_f64, 0.0_f64);
+    for _ in 0..6 {
+        let pose = random_pose(&domain, &mut random);
+        let fractions = volumes(&shape, domain, pose, 0.0);
+        let volume = fractions.iter().sum::<f64>() * domain.dx * domain.dx * domain.dx;
+        assert!((volume / shape.volume() - 1.0).abs() < 5e-3, "{volume} {}", shape.volume());
+        for (n, fraction) in fractions.iter().enumerate().filter(|(_, fraction)| **fraction > 0.0) {
+            let corner = [n % nx, n / nx % ny, n / nx / ny].map(|n| n as f64);
+            let points = 12;
+            let inside = (0..points * points * points).filter(|k| {
+                let at = |k: usize| (k as f64 + 0.5) / points as f64;
+                let within = Vec3::new(at(k % points), at(k / points % points), at(k / points / points));
+                let arm = (Vec3::from(corner) + within) * domain.dx - pose.position();
+                shape.signed_distance(pose.orientation().inverse() * arm) < 0.0
+            });
+            let union = inside.count() as f64 / (points * points * points) as f64;
+            (furthest, above) = (furthest.max((fraction - union).abs()), above.max(fraction - union));
+        }
+        let ramps = mapped(&shape, domain, pose).iter().sum::<f64>() * domain.dx * domain.dx * domain.dx;
+        assert!((ramps / shape.volume() - 1.0).abs() < 0.02, "{ramps} {}", shape.volume());
+    }
+    // The points, and spheres that count as planes in each cell, are off by some percent themselves.
+    assert!(furthest < 0.1 && above < 0.05, "{furthest} {above}");
 }
 
 #[test]

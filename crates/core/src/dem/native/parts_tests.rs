@@ -5,7 +5,7 @@ use super::wall_tests::{GRAVITY, MATERIAL, TANK, alone, first, floor, modulus, r
 use super::*;
 use crate::contact::{ContactParams, PairParams};
 use crate::math::Quat;
-use crate::shape::Cuboid;
+use crate::shape::{Composite, Cuboid, Part};
 use crate::shape::composite::tests::{dumbbell, halves};
 
 const RADIUS: f64 = 1e-3;
@@ -87,9 +87,71 @@ fn a_box_cut_in_two_bounces_off_a_floor_and_off_its_like_as_the_box_does() {
     }
 }
 
+/// Spheres of this radius (m) at places along x (m).
+fn spheres_at(radius: f64, places: &[f64]) -> Arc<dyn Shape> {
+    let at = |x: &f64| Part {
+        shape: Arc::new(crate::shape::Sphere { radius }),
+        position: Vec3::x() * *x,
+        orientation: Quat::identity(),
+    };
+    Arc::new(Composite::new(places.iter().map(at).collect()).unwrap().0)
+}
+
+/// Highest force (N) of an impact on a floor at 0.1 m/s, and the speed after it over that before.
+fn impact(shape: Arc<dyn Shape>) -> (f64, f64) {
+    let model = ContactParams { pair: PairParams { restitution: 1.0, ..MATERIAL.pair }, ..MATERIAL };
+    let mut falling = Particle::at(3, 0, Vec3::new(3e-3, 4e-3, RADIUS - 1e-12));
+    falling.velocity = [0.0, 0.0, -0.1];
+    let mut engine = alone(TANK, model.into(), vec![floor()], Vec3::zeros(), made_of(shape), &[falling]);
+    let (mut highest, mut steps) = (0.0_f64, 0);
+    while steps < 10 || engine.contacts().count > 0 {
+        run(&mut engine, 1, 1e-7);
+        let total: Vec3 = engine.contact_states().iter().map(|state| Vec3::from(state.force)).sum();
+        highest = highest.max(total.norm());
+        steps += 1;
+    }
+    (highest, first(&engine).velocity[2] / 0.1)
+}
+
+#[test]
+fn parts_in_the_same_place_are_as_stiff_as_one_of_them_and_parts_beside_each_other_as_all_of_them() {
+    let [one, two, three] = [&[0.0][..], &[0.0, 0.0], &[0.0; 3]].map(|at| impact(spheres_at(RADIUS, at)));
+    for (force, speed) in [two, three] {
+        assert!((force / one.0 - 1.0).abs() < 1e-3, "{force} {}", one.0);
+        assert!((speed / one.1 - 1.0).abs() < 1e-3);
+    }
+    // Nowhere near each other at the floor: as two contacts.
+    let apart = spheres_at(RADIUS, &[0.0, 0.8 * RADIUS]);
+    let share = apart.volume() / (2.0 * spheres_at(RADIUS, &[0.0]).volume());
+    // By F ~ (m/2)^(3/5) for each half, of an impact whose force grows with the power 3/2 of the depth.
+    let expected = 2.0 * one.0 * share.powf(0.6);
+    let (force, speed) = impact(apart);
+    assert!((force / expected - 1.0).abs() < 0.02, "{force} {expected}");
+    assert!((speed - 1.0).abs() < 2e-3, "{speed}");
+}
+
+#[test]
+fn a_body_without_forces_keeps_its_angular_momentum() {
+    let shape = halves(Vec3::new(3.0 * RADIUS, RADIUS, 0.6 * RADIUS));
+    let mut free = Particle::at(0, 0, Vec3::repeat(6e-3));
+    let templates = made_of(shape);
+    let spin = Vec3::new(90.0, 200.0, -40.0);
+    free.angular_velocity = spin.into();
+    let mut engine = alone(TANK, MATERIAL.into(), Vec::new(), Vec3::zeros(), templates.clone(), &[free]);
+    let begun = Vec3::from(first(&engine).angular_momentum);
+    let expected = free.orientation() * templates[0].inertia().component_mul(&spin);
+    run(&mut engine, 20_000, 1e-6);
+    let now = Vec3::from(first(&engine).angular_momentum);
+    assert!((now - begun).norm() < 1e-12 * begun.norm() && (begun - expected).norm() < 1e-12 * expected.norm());
+    let turn = first(&engine).orientation();
+    let seen = turn * templates[0].inertia().component_mul(&(turn.inverse() * first(&engine).angular_velocity()));
+    assert!((seen - begun).norm() < 1e-6 * begun.norm(), "{seen} {begun}");
+}
+
 #[test]
 fn spheres_and_bodies_of_two_parts_move_to_the_same_bits_on_1_2_4_and_8_ranks() {
     let mut all = templates().to_vec();
+    all[0] = Template { shape: spheres_at(0.6e-3, &[0.0, 0.3e-3]), ..all[0].clone() };
     all[2] = Template { shape: dumbbell(0.4e-3), ..all[2].clone() };
     let all: Arc<[Template]> = all.into();
     let (alone, begun, _, contacts) = shaken(1, &all);
