@@ -38,7 +38,8 @@ pub use particles::{
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
 pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};
 pub use shapes::{
-    CompositeSection, CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, PartSection, ShapeSection,
+    CompositeSection, CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, PartSection,
+    ShapeSection,
 };
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 pub use statistics::{DynamicsSection, PlaneName, ProfileSection, StructureSection};

@@ -295,8 +295,7 @@ fn separate_or_overlapping_solids_are_told_apart_from_concave_bodies() {
         let second = cube.iter().map(|facet| facet.map(|corner| corner + Vec3::repeat(shift)));
         let both: Vec<[Vec3; 3]> = cube.iter().copied().chain(second).collect();
         let message = read_bytes("two.stl", &text_stl(&both), false).unwrap_err();
-        let words =
-            ["2 separate surfaces, the second with facet 12", "`parts = true`", "`hull = true`"];
+        let words = ["2 separate surfaces, the second with facet 12", "`parts = true`", "`hull = true`"];
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
         let notes = read_bytes("two.stl", &text_stl(&both), true).unwrap().notes;
         assert!(notes[0].contains("2 separate surfaces"), "{notes:?}");
@@ -309,11 +308,13 @@ fn solids_groups_and_separate_surfaces_of_a_file_are_the_parts_of_a_body() {
     // Two that touch, which only their names tell apart.
     let beside: Vec<[Vec3; 3]> = cube.iter().map(|facet| facet.map(|corner| corner + Vec3::x())).collect();
     let solids = [text_stl(&cube), text_stl(&beside)].concat();
-    let away: Vec<[Vec3; 3]> = cube.iter().map(|facet| facet.map(|corner| corner + Vec3::y() * 3.0)).collect();
+    let away: Vec<[Vec3; 3]> =
+        cube.iter().map(|facet| facet.map(|corner| corner + Vec3::y() * 3.0)).collect();
     let surfaces = binary_stl(&[cube.clone(), away].concat(), "");
     let (head, faces) = OBJ_CUBE.split_once("vn 0 0 1").unwrap();
     let second = "g second\nf 3 10 9 2\nf 6 11 12 7\nf 2 9 11 6\nf 9 10 12 11\nf 10 3 7 12\nf 3 2 6 7\n";
-    let groups = format!("{head}v 2 0 0\nv 2 1 0\nv 2 0 1\nv 2 1 1\nvn 0 0 1\ng first{faces}{second}").into_bytes();
+    let groups =
+        format!("{head}v 2 0 0\nv 2 1 0\nv 2 0 1\nv 2 1 1\nvn 0 0 1\ng first{faces}{second}").into_bytes();
     for (name, bytes, apart) in
         [("solids.stl", solids, 1.0), ("surfaces.stl", surfaces, 3.0), ("groups.obj", groups, 1.0)]
     {
@@ -328,7 +329,10 @@ fn solids_groups_and_separate_surfaces_of_a_file_are_the_parts_of_a_body() {
     let shifted = open.iter().map(|facet| facet.map(|corner| corner + Vec3::z() * 3.0));
     let both: Vec<[Vec3; 3]> = cube.iter().copied().chain(shifted).collect();
     let message = parts(&PathBuf::from("open.stl"), &text_stl(&both), 1.0, false).unwrap_err().to_string();
-    assert!(message.contains("part 1, whose facet 0 is facet 12 of the file: the surface is open"), "{message}");
+    assert!(
+        message.contains("part 1, whose facet 0 is facet 12 of the file: the surface is open"),
+        "{message}"
+    );
 }
 
 #[test]

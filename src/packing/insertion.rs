@@ -211,7 +211,8 @@ impl<'a> Obstacles<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shape::{Cuboid, Sphere};
+    use crate::contact::Body;
+    use crate::shape::{Composite, Cuboid, Part, Sphere};
     use std::sync::Arc;
 
     const CUBE: usize = 1;
@@ -258,6 +259,41 @@ mod tests {
             let lowest = if pose.contour == CUBE { 0.41 } else { 0.51 };
             assert!(REGION.has(pose.position) && pose.position.z <= 8.0 - lowest);
         }
+    }
+
+    #[test]
+    fn bodies_of_several_parts_keep_clear_part_by_part() {
+        let bar = |edges: [f64; 3], z: f64| Part {
+            shape: Arc::new(Cuboid::new(edges.into()).unwrap()),
+            position: Vec3::z() * z,
+            orientation: Quat::identity(),
+        };
+        let (hammer, _) = Composite::new(vec![bar([0.2, 0.2, 2.0], 0.0), bar([1.0, 0.2, 0.2], 0.9)]).unwrap();
+        let contours = vec![GrownShape::new(Arc::new(hammer), 0.01)];
+        let hammers = Bodies { fractions: vec![(0, 1.0)], ..bodies() };
+        let mut all = Obstacles::new(domain(), &[], &contours, Vec::new());
+        let found: Vec<Pose> =
+            (0..).map_while(|n| all.insert(&hammers, n, 7, &REGION)).map(|f| f.1).collect();
+        assert!(found.len() > 100, "{}", found.len());
+        let part = |pose: &Pose, n: usize| {
+            let part = &contours[0].shape.parts()[n];
+            let grown = GrownShape::new(part.shape.clone(), 0.0);
+            (grown, pose.position + pose.orientation * part.position, pose.orientation * part.orientation)
+        };
+        let mut near = 0;
+        for (i, a) in found.iter().enumerate() {
+            for b in &found[..i] {
+                let offset = domain().nearest_image(b.position - a.position);
+                near += usize::from(offset.norm() < 2.0 * contours[0].shape.circumradius());
+                for [k, l] in [[0, 0], [0, 1], [1, 0], [1, 1]] {
+                    let ((one, at, turn), (other, to, its)) = (part(a, k), part(b, l));
+                    let [first, second] =
+                        [(&one, turn), (&other, its)].map(|(grown, orientation)| Body { grown, orientation });
+                    assert!(!intersects(&first, &second, domain().nearest_image(to - at)));
+                }
+            }
+        }
+        assert!(near > 50, "{near}");
     }
 
     #[test]

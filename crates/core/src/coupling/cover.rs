@@ -197,7 +197,8 @@ impl Cover {
             let mut cell = Vec::new();
             for (x, fraction) in (first.x..end).zip(&mut fractions) {
                 cell.clear();
-                let holds = together.iter().filter(|(_, (_, segment))| (segment.x..segment.end()).contains(&x));
+                let holds =
+                    together.iter().filter(|(_, (_, segment))| (segment.x..segment.end()).contains(&x));
                 cell.extend(holds.map(|(part, (_, segment))| {
                     let cut = &self.cut[segment.cut as usize..];
                     (&parts[*part].1, segment.fraction(cut, (x - segment.x) as usize))
@@ -221,43 +222,44 @@ impl Cover {
     }
 }
 
-/// Solid fraction of a cell at an offset that these parts of a body cover with their own fractions: their sum, without what pairs of them share,
-///
-/// ```text
-/// max_i f_i <= sum f_i - sum s_ij <= 1
-/// ```
-///
-/// With two parts that is the fraction of the union, with more at most that.
-fn union(parts: &[(&Mapper, f32)], offset: [i64; 3]) -> f32 {
-    let (mut sum, mut most) = (0.0_f32, 0.0_f32);
-    for (n, (part, fraction)) in parts.iter().enumerate() {
-        (sum, most) = (sum + fraction, most.max(*fraction));
-        for (other, its) in parts[..n].iter().filter(|(other, _)| part.shares(other)) {
-            sum -= if fraction.max(*its) >= 1.0 {
-                fraction.min(*its)
-            } else {
-                let both = shared(part.plane(offset), other.plane(offset)) as f32;
-                both.clamp((fraction + its - 1.0).max(0.0), fraction.min(*its))
-            };
-        }
-    }
-    sum.max(most).min(1.0)
-}
-
-/// Sub-cells along each axis in which the fraction that two parts share is evaluated.
+/// Sub-cells along each axis in which the fraction that parts share is evaluated.
 const SUB: u32 = 4;
 
-/// Fraction of a cell below two planes, each given by its distance (cells) from the middle and its normal.
-fn shared((a, n): (f64, Vec3), (b, m): (f64, Vec3)) -> f64 {
+/// Solid fraction of a cell at an offset that these parts of a body cover with their own fractions: their sum, without what each shares with those
+/// before it,
+///
+/// ```text
+/// max_i f_i <= sum_i f_i - mean of sum_i g_i (1 - prod_j (1 - g_j)) <= 1,   j before i, that overlap with it
+/// ```
+///
+/// where the mean is over sub-cells with the fractions `g`, by a plane through each surface.
+fn union(parts: &[(&Mapper, f32)], offset: [i64; 3]) -> f32 {
+    let sum: f32 = parts.iter().map(|(_, fraction)| fraction).sum();
+    let most = parts.iter().map(|(_, fraction)| *fraction).fold(0.0, f32::max);
+    let share = |n: usize, k: usize| parts[n].0.shares(parts[k].0);
+    if most >= 1.0 || !(1..parts.len()).any(|n| (0..n).any(|k| share(n, k))) {
+        return sum.min(1.0);
+    }
+    let planes: Vec<(f64, Vec3)> = parts.iter().map(|(part, _)| part.plane(offset)).collect();
     let per_cell = f64::from(SUB);
     let at = |k: u32| (f64::from(k) + 0.5) / per_cell - 0.5;
-    let below = |height: f64| (0.5 - per_cell * height).clamp(0.0, 1.0);
-    let mut sum = 0.0;
+    let mut twice = 0.0;
     for k in 0..SUB * SUB * SUB {
         let point = Vec3::new(at(k % SUB), at(k / SUB % SUB), at(k / (SUB * SUB)));
-        sum += below(a + n.dot(&point)) * below(b + m.dot(&point));
+        let below = |n: usize| {
+            let (height, normal) = planes[n];
+            (0.5 - per_cell * (height + normal.dot(&point))).clamp(0.0, 1.0)
+        };
+        for n in 1..parts.len() {
+            let own = below(n);
+            if own > 0.0 {
+                let before = (0..n).filter(|&k| share(n, k)).map(|k| 1.0 - below(k));
+                twice += own * (1.0 - before.product::<f64>());
+            }
+        }
     }
-    sum / (per_cell * per_cell * per_cell)
+    let twice = twice / (per_cell * per_cell * per_cell);
+    (sum - twice as f32).max(most).min(1.0)
 }
 
 impl<S: Surface> RowVisitor<S> for Cover {

@@ -422,7 +422,8 @@ pub(crate) mod tests {
     fn turned_boxes_that_overlap_keep_every_point_and_share_none() {
         let turn = Quat::from_euler_angles(0.5, 0.3, -0.8);
         let cuboid = |edges: [f64; 3]| -> Arc<dyn Shape> { Arc::new(Cuboid::new(edges.into()).unwrap()) };
-        let of = |shape, position: [f64; 3], orientation| Part { shape, position: position.into(), orientation };
+        let of =
+            |shape, position: [f64; 3], orientation| Part { shape, position: position.into(), orientation };
         let given = vec![
             of(cuboid([1.0, 0.8, 0.6]), [0.0; 3], Quat::identity()),
             of(cuboid([0.9, 0.5, 0.7]), [0.4, 0.2, 0.1], turn),

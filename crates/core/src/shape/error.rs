@@ -74,7 +74,9 @@ pub enum ShapeError {
         depth: f64,
     },
     /// More parts than set-up and contacts can look at in a reasonable time.
-    #[error("the body has {count} convex parts, those that overlap cut apart, but at most {most} are of use; take fewer or larger ones")]
+    #[error(
+        "the body has {count} convex parts, those that overlap cut apart, but at most {most} are of use; take fewer or larger ones"
+    )]
     TooManyParts {
         /// Number of parts.
         count: usize,

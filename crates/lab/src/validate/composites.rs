@@ -10,9 +10,10 @@ use turbid::shape::{Composite, Polyhedron, Shape, Sphere};
 const BODIES: &str = include_str!("../../../../validation/composites/bodies.toml");
 const IMPACT: &str = include_str!("../../../../validation/composites/impact.toml");
 const HOOK: &str = include_str!("../../../../validation/composites/hook.toml");
+const PILE: &str = include_str!("../../../../validation/composites/pile.toml");
 const DRAG: &str = include_str!("../../../../validation/composites/drag.toml");
 const REFERENCE: &str = include_str!("../../../../validation/composites/reference.csv");
-const LIGGGHTS: &str = include_str!("../../../../validation/composites/impact.csv");
+const LIGGGHTS: &str = include_str!("../../../../validation/composites/liggghts.csv");
 
 pub(super) const CASE: Case = Case {
     name: "composites",
@@ -23,6 +24,7 @@ pub(super) const CASE: Case = Case {
         Part::quick(1.0, flight),
         Part::quick(1.0, impact),
         Part::quick(5.0, hook),
+        Part::full(60.0, pile),
         Part::quick(20.0, |context, found| drag(context, found, &ALONG)),
         Part::quick(20.0, |context, found| drag(context, found, &ACROSS)),
     ],
@@ -35,6 +37,8 @@ const AFTER: f64 = 5e-3;
 /// Furthest that a hanging body may creep in a second (m), and of its weight.
 const CREEP: f64 = 1e-8;
 const WEIGHT: f64 = 1e-3;
+/// Of the mean height of a pile: the mean of three differs by 1 % of it from that of three others.
+const HEIGHT: f64 = 0.03;
 /// Of the drag.
 const OF_DRAG: f64 = 0.03;
 /// Largest relative change of the drag in `STRETCH` steps that counts as steady.
@@ -62,9 +66,8 @@ fn compare(found: &mut Findings, name: &str, shape: &dyn Shape, unit: f64, expec
 fn bodies(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let setup = context.setup(BODIES, CASE.name, &[])?;
     let table = Table::new(REFERENCE);
-    let names =
-        ["dumbbell of two spheres", "clump of ten spheres", "cross of two bars", "L of two bars"];
-    for (name, template) in names.into_iter().zip(&setup.templates) {
+    let names = ["dumbbell of two spheres", "clump of ten spheres", "cross of two bars", "L of two bars"];
+    for (name, template) in names.into_iter().zip(setup.templates.iter()) {
         let expected = ["volume", "low", "middle", "high"].map(|column| table.of("body", name, column));
         compare(found, name, &*template.shape, 1e-3, expected, CASE.source);
     }
@@ -76,11 +79,13 @@ fn bodies(context: &SuiteContext, found: &mut Findings) -> Result<()> {
             depth * (6.0 * (cosine - 1.0)).exp()
         };
         let rough = 0.04 * (7.0 * n.x + 1.0).sin() * (6.0 * n.y).cos() + 0.03 * (9.0 * n.z + 5.0 * n.x).sin();
-        let dents = dent([1.0, 0.4, 0.1], 0.45) + dent([-0.5, 1.0, -0.6], 0.35) + dent([0.2, -0.4, -1.0], 0.4);
+        let dents =
+            dent([1.0, 0.4, 0.1], 0.45) + dent([-0.5, 1.0, -0.6], 0.35) + dent([0.2, -0.4, -1.0], 0.4);
         (1.0 + rough - dents) * Vec3::new(1.0, 0.8, 0.7).component_mul(n).norm()
     };
     for (name, refinement, inner) in [("half of a hollow sphere", 2, 0.8), ("stone with dents", 1, 0.0)] {
-        let ball = if refinement == 2 { ball.clone() } else { Sphere { radius: 1.0 }.surface_mesh(refinement) };
+        let ball =
+            if refinement == 2 { ball.clone() } else { Sphere { radius: 1.0 }.surface_mesh(refinement) };
         let (mut parts, mut surface) = (Vec::new(), Vec::new());
         for corners in &ball.triangles {
             let outer = corners.map(|k| ball.points[k as usize]);
@@ -105,7 +110,14 @@ fn bodies(context: &SuiteContext, found: &mut Findings) -> Result<()> {
             });
         }
         let (body, _) = Composite::new(parts).expect("few parts");
-        compare(found, name, &body, 1.0, of_cone(&surface), "cones from the middle to the facets of its surface");
+        compare(
+            found,
+            name,
+            &body,
+            1.0,
+            of_cone(&surface),
+            "cones from the middle to the facets of its surface",
+        );
     }
     Ok(())
 }
@@ -158,7 +170,8 @@ fn impact(context: &SuiteContext, found: &mut Findings) -> Result<()> {
             .relative(name, measured, table.of("quantity", key, "value"), AFTER)
             .source("LIGGGHTS 3.8.0, fix multisphere, validation/composites/liggghts");
     }
-    let axis = setup.particles[0].orientation_given(&Quat::identity()) * setup.templates[0].shape.parts()[1].position;
+    let axis = setup.particles[0].orientation_given(&Quat::identity())
+        * setup.templates[0].shape.parts()[1].position;
     let lever = axis.xy().norm();
     let square = setup.templates[0].shape.inertia_per_mass().max();
     let velocity = 0.1 * (2.0 / (1.0 + lever * lever / square) - 1.0);
@@ -180,7 +193,33 @@ fn hook(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         .source("the angle of friction is 0.46 rad, the slope across it 0.20");
     let force: Vec3 = run.dem().contact_states().iter().map(|state| Vec3::from(state.force)).sum();
     let weight = setup.gravity.norm() * setup.templates[1].mass();
-    found.relative("force on its arm over its weight (-)", force.norm() / weight, 1.0, WEIGHT).source("balance of forces");
+    found
+        .relative("force on its arm over its weight (-)", force.norm() / weight, 1.0, WEIGHT)
+        .source("balance of forces");
+    Ok(())
+}
+
+/// Bodies of two spheres in a box, at rest, beside those of LIGGGHTS.
+fn pile(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    let (mut height, seeds) = (0.0, 3);
+    for seed in 1..=seeds {
+        let setup = context.setup(PILE, CASE.name, &[format!("particles.0.seed={seed}")])?;
+        let mut run = Simulation::solo(&setup)?;
+        run.advance(setup.plan.end_step)?;
+        let all = run.particles();
+        height +=
+            all.iter().map(|body| body.position().z).sum::<f64>() / (all.len() as f64 * f64::from(seeds));
+    }
+    let table = Table::new(LIGGGHTS);
+    let theirs = ["height_1", "height_2", "height_3"].map(|key| table.of("quantity", key, "value"));
+    found
+        .relative(
+            "mean height of 120 bodies of two spheres in a box, of three piles (m)",
+            height,
+            theirs.iter().sum::<f64>() / 3.0,
+            HEIGHT,
+        )
+        .source("LIGGGHTS 3.8.0, fix multisphere, validation/composites/liggghts");
     Ok(())
 }
 

@@ -35,8 +35,12 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
             motion if motion.is_complete() && speed == 0.0 => ", fixed".to_string(),
             _ => format!(", motion prescribed: surface up to {speed:.4e} m/s"),
         };
+        let parts = match shape.parts().len() {
+            0 => String::new(),
+            parts => format!(", {parts} convex parts"),
+        };
         let remark = format!(
-            "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{cells}{motion}",
+            "{count} of volume {:.4e} m^3, diameter of that sphere {diameter:.4e} m, length over thickness {aspect:.2}{parts}{cells}{motion}",
             shape.volume()
         );
         row("shape", shape.kind().to_string(), remark)

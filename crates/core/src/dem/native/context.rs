@@ -217,14 +217,15 @@ impl ContactContext {
     /// Part of a contact that counts, where parts of a body share space: one over the number of parts that have it,
     ///
     /// ```text
-    /// 1 / (1 + sum_j f_j),   f_j = (1 - s_j / a) / 2 within 0 and 1
+    /// 1 / (1 + sum_j f_j),   f_j = (1 - s_j / e_j) / 2 within 0 and 1,   e_j = a sin + d/2 cos
     /// ```
     ///
-    /// `s_j` is the distance of the point of contact, relative to the centre of the body (m), from the surface of another part, and `a` the radius
-    /// of a disc with the area of the contact: `f_j` is the part of it that lies in the other one.
-    pub(super) fn share(&self, index: PartIndex, point: Vec3, area: f64) -> f64 {
+    /// `s_j` is the distance of the point of contact from the surface of another part, and `e_j` how far the contact reaches across that surface: a disc with its area,
+    /// of the radius `a` and as thick as the depth `d`, with the angle of both normals. `overlap` is seen from the centre of the body.
+    pub(super) fn share(&self, index: PartIndex, point: Vec3, overlap: &Overlap) -> f64 {
         let (particle, part) = self.part(index);
-        if part.shared.is_empty() || area <= 0.0 {
+        let Overlap { normal, depth, area, .. } = *overlap;
+        if part.shared.is_empty() || depth <= 0.0 {
             return 1.0;
         }
         let radius = (area * std::f64::consts::FRAC_1_PI).sqrt();
@@ -234,8 +235,10 @@ impl ContactContext {
             let Body { grown, orientation } = other.body(particle);
             let seen = point - other.arm(particle).unwrap_or_default();
             let own = orientation.inverse_transform_vector(&seen);
-            let distance = grown.shape.signed_distance(own) - grown.enlargement;
-            (0.5 * (1.0 - distance / radius)).clamp(0.0, 1.0)
+            let (distance, gradient) = grown.shape.distance_and_gradient(own);
+            let cosine = (orientation * gradient).dot(&normal).abs().min(1.0);
+            let reach = radius * (1.0 - cosine * cosine).sqrt() + 0.5 * depth * cosine;
+            (0.5 * (1.0 - (distance - grown.enlargement) / reach)).clamp(0.0, 1.0)
         });
         1.0 / (1.0 + within.sum::<f64>())
     }
@@ -329,8 +332,8 @@ impl ContactContext {
                 arms => {
                     let [arm, its] = arms.map(Option::unwrap_or_default);
                     let (overlap, offset) = (overlap.seen_from(arm), offset + arm - its);
-                    let own = self.share(indices[0], overlap.point, overlap.area);
-                    (overlap, offset, own * self.share(indices[1], overlap.point - offset, overlap.area))
+                    let own = self.share(indices[0], overlap.point, &overlap);
+                    (overlap, offset, own * self.share(indices[1], overlap.point - offset, &overlap))
                 }
             };
             let (law, levers) = (law(), [overlap.point, overlap.point - offset]);

@@ -5,8 +5,8 @@ use super::wall_tests::{GRAVITY, MATERIAL, TANK, alone, first, floor, modulus, r
 use super::*;
 use crate::contact::{ContactParams, PairParams};
 use crate::math::Quat;
-use crate::shape::{Composite, Cuboid, Part};
 use crate::shape::composite::tests::{dumbbell, halves};
+use crate::shape::{Composite, Cuboid, Part};
 
 const RADIUS: f64 = 1e-3;
 
@@ -142,9 +142,12 @@ fn a_body_without_forces_keeps_its_angular_momentum() {
     let expected = free.orientation() * templates[0].inertia().component_mul(&spin);
     run(&mut engine, 20_000, 1e-6);
     let now = Vec3::from(first(&engine).angular_momentum);
-    assert!((now - begun).norm() < 1e-12 * begun.norm() && (begun - expected).norm() < 1e-12 * expected.norm());
+    assert!(
+        (now - begun).norm() < 1e-12 * begun.norm() && (begun - expected).norm() < 1e-12 * expected.norm()
+    );
     let turn = first(&engine).orientation();
-    let seen = turn * templates[0].inertia().component_mul(&(turn.inverse() * first(&engine).angular_velocity()));
+    let seen =
+        turn * templates[0].inertia().component_mul(&(turn.inverse() * first(&engine).angular_velocity()));
     assert!((seen - begun).norm() < 1e-6 * begun.norm(), "{seen} {begun}");
 }
 

@@ -216,7 +216,7 @@ impl ContactContext {
         }
         let point = centre + overlap.point;
         let overlap = arm.map_or(overlap, |arm| overlap.seen_from(arm));
-        let part = self.share(index, overlap.point, overlap.area);
+        let part = self.share(index, overlap.point, &overlap);
         let input = ContactInput {
             key,
             from,
