@@ -27,6 +27,7 @@ lines() {
     line view_spheres hindered_settling
     line view_cubes cubes_settling
     line view_dry_box dry_box
+    line view_jacks jacks
 }
 
 if [ "${1:-}" = --check ]; then
@@ -59,6 +60,7 @@ view() {
 view view_spheres hindered_settling stokes_times=12 '{ size = [960, 720] }' --set 'domain.size.diameters=[11, 8, 9]'
 view view_cubes cubes_settling stokes_times=12 '{ size = [900, 720], slice = { quantity = "vorticity" } }'
 view view_dry_box dry_box time=0.15 '{ size = [900, 720], force_chains = true, force_range = 0.01 }'
+view view_jacks jacks time=0.25 '{ colour = "speed" }'
 
 # A picture of a page by Chromium: name, size, address.
 page() {
