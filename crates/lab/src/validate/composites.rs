@@ -56,11 +56,11 @@ fn mass_properties(shape: &dyn Shape) -> [f64; 4] {
 
 fn compare(found: &mut Findings, name: &str, shape: &dyn Shape, unit: f64, expected: [f64; 4], source: &str) {
     let powers = [unit.powi(3), unit * unit, unit * unit, unit * unit];
-    let names = ["volume", "lowest moment", "middle moment", "highest moment"];
+    let names = ["volume (mm^3)", "lowest moment (mm^2)", "middle moment (mm^2)", "highest moment (mm^2)"];
     for (((name_of, measured), expected), power) in
         names.iter().zip(mass_properties(shape)).zip(expected).zip(powers)
     {
-        let quantity = format!("{name}, {} parts: {name_of} (mm)", shape.parts().len());
+        let quantity = format!("{name}, {} parts: {name_of}", shape.parts().len());
         found.relative(quantity, measured / power, expected, MASS).source(source);
     }
 }
