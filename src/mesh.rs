@@ -114,7 +114,7 @@ fn separate(facets: &[[Vec3; 3]], groups: &[usize]) -> Vec<Vec<usize>> {
     all
 }
 
-/// What is in a file.
+/// Contents of a file.
 struct Facets {
     /// Triangles in its units.
     facets: Vec<[Vec3; 3]>,

@@ -154,7 +154,7 @@ pub struct CompositeSection {
 pub struct PartSection {
     /// Geometry.
     pub shape: ShapeSection,
-    /// Where the origin of the shape is in the body (m): its centre, or the origin of its vertices or file. Default `[0, 0, 0]`.
+    /// Place of the origin of the shape in the body (m): its centre, or the origin of its vertices or file. Default `[0, 0, 0]`.
     #[serde(default)]
     pub position: [f64; 3],
     /// Orientation of the shape in the body. Default: its axes are those of the body.

@@ -199,10 +199,12 @@ impl Cover {
                 cell.clear();
                 let holds =
                     together.iter().filter(|(_, (_, segment))| (segment.x..segment.end()).contains(&x));
-                cell.extend(holds.map(|(part, (_, segment))| {
+                let fractions_of = holds.map(|(part, (_, segment))| {
                     let cut = &self.cut[segment.cut as usize..];
                     (&parts[*part].1, segment.fraction(cut, (x - segment.x) as usize))
-                }));
+                });
+                // What is listed without being covered depends on the block.
+                cell.extend(fractions_of.filter(|(_, fraction)| *fraction > 0.0));
                 let [nx, ny, nz] = first.offset.map(i64::from);
                 *fraction = union(&cell, [nx + i64::from(x - first.x), ny, nz]);
             }

@@ -59,7 +59,7 @@ fn outside(part: Part, other: &Part, least: f64) -> Vec<Part> {
     pieces
 }
 
-/// What a part has below a plane, if that has a volume.
+/// The piece of a part below a plane, if that has a volume.
 fn below(part: &Part, Plane { normal, offset }: Plane) -> Option<Part> {
     let solid = part.shape.as_polyhedron()?;
     let at: Vec<Vec3> = solid.vertices.iter().map(|v| part.position + part.orientation * v).collect();

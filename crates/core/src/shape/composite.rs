@@ -131,7 +131,7 @@ impl Composite {
     }
 }
 
-/// What parts share with those before them.
+/// Integrals over what parts share with those before them.
 fn counted_twice(parts: &[Part], shared: &[Vec<u32>]) -> Moments {
     let mut sum = Moments::default();
     let mut ends = Vec::new();
