@@ -23,7 +23,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("report", "study checks simulation output plot input error"),
     (
         "validate",
-        "crosscheck checks simulation case output engine checkpoint coupling fluid dem particle shape wall domain comm math input error",
+        "crosscheck checks simulation case output engine checkpoint coupling fluid dem contact particle shape wall domain comm math input error",
     ),
     ("study", "checks simulation case output checkpoint plot math document input error"),
     (

@@ -24,13 +24,13 @@ use crate::wall::Surface;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
-/// How bodies are pushed apart.
+/// Pushes that move bodies apart.
 pub(super) struct Pushing {
     /// Rounds before giving up.
     pub(super) rounds: usize,
     /// Rounds before giving up in which the sum of the overlaps has not shrunk.
     pub(super) patience: usize,
-    /// Push a little further than needed, so that the end is reached in finitely many rounds: by this part of the depth,
+    /// Way beyond what is needed, so that the end is reached in finitely many rounds: by this part of the depth,
     pub(super) overshoot: f64,
     /// and by this part of the reach of the smaller body, as overlaps shrink without end otherwise.
     pub(super) margin: f64,

@@ -244,7 +244,7 @@ pub struct SizeSpread {
     /// Sieve curve: rows of a factor, ascending, and the mass fraction that passes (-), from 0 to 1, e.g. `[[0.25, 0], [0.5, 0.2], [1, 0.7], [2, 1]]`; between
     /// rows a line over the logarithm of the size.
     pub sieve: Option<Vec<[f64; 2]>>,
-    /// What the distribution is of: "number" or "mass" of the particles. Default "number", with `weibull` "mass"; a sieve curve is of mass.
+    /// Basis of the distribution: "number" or "mass" of the particles. Default "number", with `weibull` "mass"; a sieve curve is of mass.
     pub by: Option<SharesOf>,
     /// Smallest and largest factor (-), beyond which the distribution is cut off.
     #[schemars(transform = positive)]
@@ -254,7 +254,7 @@ pub struct SizeSpread {
     pub steps: Option<u32>,
 }
 
-/// What the shares of a distribution are of.
+/// Basis of the shares of a distribution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SharesOf {

@@ -76,7 +76,7 @@ fn packing(context: &SuiteContext, found: &mut Findings, &(name, wanted, section
     let quantity = format!("{name}: pairs that overlap");
     found.absolute(quantity, f64::from(overlaps), 0.0, 0.5).source("no two bodies overlap");
     let neighbours = 2.0 * bonds.len() as f64 / setup.particles.len() as f64;
-    // By the theorem of addition no spherical harmonics are needed, but every pair of bonds: some tell enough.
+    // By the theorem of addition no spherical harmonics are needed, but every pair of bonds: some suffice.
     let bonds: Vec<Vec3> = bonds.iter().copied().step_by(bonds.len() / BONDS + 1).collect();
     let sum: f64 = bonds.iter().map(|a| bonds.iter().map(|b| legendre(a.dot(b))).sum::<f64>()).sum();
     let order = sum.max(0.0).sqrt() / bonds.len() as f64;
