@@ -54,7 +54,7 @@ pub struct Mesh {
 /// not manifold, inside out, without volume, concave, or that of several bodies.
 pub fn parse(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Mesh, ShapeError> {
     check_size("scale", scale)?;
-    (facets(path, bytes).and_then(|Facets { facets, rounding, .. }| body(&facets, rounding, scale, hull)))
+    (facets(path, bytes).and_then(|Contents { facets, rounding, .. }| body(&facets, rounding, scale, hull)))
         .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })
 }
 
@@ -66,7 +66,7 @@ pub fn parse(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Mesh, 
 pub fn parts(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Vec<Mesh>, ShapeError> {
     check_size("scale", scale)?;
     let failed = |problem| ShapeError::Mesh { path: path.to_path_buf(), problem };
-    let Facets { facets, groups, rounding } = facets(path, bytes).map_err(failed)?;
+    let Contents { facets, groups, rounding } = facets(path, bytes).map_err(failed)?;
     let separate = separate(&facets, &groups);
     if separate.len() > MOST_PARTS {
         let (count, most) = (separate.len(), MOST_PARTS);
@@ -115,7 +115,7 @@ fn separate(facets: &[[Vec3; 3]], groups: &[usize]) -> Vec<Vec<usize>> {
 }
 
 /// Contents of a file.
-struct Facets {
+struct Contents {
     /// Triangles in its units.
     facets: Vec<[Vec3; 3]>,
     /// The first one of each solid, group or object.
@@ -124,7 +124,7 @@ struct Facets {
     rounding: f64,
 }
 
-fn facets(path: &Path, bytes: &[u8]) -> Result<Facets, String> {
+fn facets(path: &Path, bytes: &[u8]) -> Result<Contents, String> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let ((facets, groups), rounding) = match extension.as_str() {
         "stl" => (stl::parse(bytes)?, 2.0 * f64::from(f32::EPSILON)),
@@ -138,7 +138,7 @@ fn facets(path: &Path, bytes: &[u8]) -> Result<Facets, String> {
     if facets.is_empty() {
         return Err("has no facets".to_owned());
     }
-    Ok(Facets { facets, groups, rounding })
+    Ok(Contents { facets, groups, rounding })
 }
 
 fn obj(bytes: &[u8]) -> Result<(Vec<[Vec3; 3]>, Vec<usize>), String> {

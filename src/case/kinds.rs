@@ -293,6 +293,11 @@ impl Shapes<'_> {
 
     fn composite(&self, section: &CompositeSection, scale: f64) -> Result<(Arc<dyn Shape>, Placement)> {
         let document = self.document;
+        if section.parts.is_empty() {
+            let key = format!("{}.parts", self.key);
+            let title = format!("`{key}` is empty");
+            return Err(document.error(&key, &title, "no part", "a body has one part or more"));
+        }
         let part = |(n, part): (usize, &PartSection)| {
             let key = format!("{}.parts.{n}", self.key);
             let shape_key = format!("{key}.shape.{}", document.choice(&format!("{key}.shape")));

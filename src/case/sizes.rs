@@ -186,7 +186,9 @@ fn density<'a>(document: &Document, key: &str, spread: &'a SizeSpread) -> Result
             return Err(document.error(&key, &title, "not ascending", remedy));
         }
     }
-    if *smallest <= 0.0 || *first != 0.0 || *last != 1.0 {
+    #[allow(clippy::float_cmp)] // given as such
+    let is_whole = *first == 0.0 && *last == 1.0;
+    if *smallest <= 0.0 || !is_whole {
         let title = format!("`{key}` goes from {:?} to {:?}", [smallest, first], [largest, last]);
         return Err(document.error(&key, &title, "not from 0 to 1", remedy));
     }
@@ -248,7 +250,9 @@ mod tests {
             })
             .collect();
         let sums = [1, 2].map(|i| all.iter().map(|of| of[i]).sum::<f64>());
-        all.iter_mut().for_each(|[_, number, mass]| (*number, *mass) = (*number / sums[0], *mass / sums[1]));
+        for [_, number, mass] in &mut all {
+            (*number, *mass) = (*number / sums[0], *mass / sums[1]);
+        }
         all
     }
 

@@ -1,7 +1,7 @@
 //! Walls from mesh files: any surface, closed or open.
 
 use super::surface::Surface;
-use super::{Facets, facets, scaled, tolerance};
+use super::{Contents, facets, scaled, tolerance};
 use crate::math::Vec3;
 use crate::shape::ShapeError;
 use crate::shape::error::check_size;
@@ -25,7 +25,7 @@ pub fn wall(
 ) -> Result<(WallMesh, Vec<String>), ShapeError> {
     check_size("scale", scale)?;
     facets(path, bytes)
-        .and_then(|Facets { facets, rounding, .. }| {
+        .and_then(|Contents { facets, rounding, .. }| {
             let scaled = scaled(&facets, scale)?;
             let ((precision, extent), rounded) = tolerance(&facets, &scaled, rounding);
             let (mesh, mut notes) = of(&scaled, precision * extent, free)?;
@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn boxes_that_overlap_are_one_wall_and_the_description_says_so() {
         let shifted =
-            box_facets(Vec3::repeat(4.0)).into_iter().map(|f| f.map(|corner| corner + Vec3::repeat(1.5)));
+            box_facets(Vec3::repeat(4.0)).into_iter().map(|f| f.map(|corner| corner + Vec3::repeat(1.0)));
         let facets: Vec<_> = box_facets(Vec3::repeat(4.0)).into_iter().chain(shifted).collect();
         let (mesh, _) = read(&text_stl(&facets), None).unwrap();
         assert!(mesh.inverted().is_none() && mesh.to_string().contains("overlaps counted twice"), "{mesh}");

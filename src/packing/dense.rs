@@ -32,7 +32,9 @@ pub fn squeeze(
     fixed: usize,
     wide: f64,
 ) -> bool {
-    poses.iter_mut().for_each(|pose| pose.position /= wide);
+    for pose in poses.iter_mut() {
+        pose.position /= wide;
+    }
     relax_by(&PUSHING, *domain, walls, contours, poses, fixed, None)
 }
 

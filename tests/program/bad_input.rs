@@ -97,7 +97,7 @@ fn mistakes_in_the_case_file_are_shown_with_their_line_and_a_remedy() {
         (
             "volume_fraction = 0.1",
             "count = 1000",
-            &["bad.toml:16:9", "`particles.0.count` is 1000", "at most 55"],
+            &["bad.toml:16:9", "`particles.0.count` is 1000", "at most 90"],
         ),
         ("volume_fraction = 0.1", "count = -1", &["bad.toml:16:9", "whole number"]),
         (

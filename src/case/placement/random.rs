@@ -167,13 +167,11 @@ impl Placer<'_> {
             self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
         // Dense packings begin in a box that is wider.
         let wide = if is_dense { libm::cbrt(grown / packing::LOOSE) } else { 1.0 };
-        let walls = match is_dense {
-            false => wanted_walls.clone(),
-            true => {
-                let widened: Option<Vec<Surface>> =
-                    wanted_walls.iter().map(|wall| widened(wall, wide)).collect();
-                widened.ok_or_else(|| self.dense_in_mesh(first, solid))?
-            }
+        let widened: Option<Vec<Surface>> = wanted_walls.iter().map(|wall| widened(wall, wide)).collect();
+        let walls = if is_dense {
+            widened.ok_or_else(|| self.dense_in_mesh(first, solid))?
+        } else {
+            wanted_walls.clone()
         };
         let domain = Domain { dx: self.domain.dx * wide, ..self.domain };
         let fixed: Vec<(Vec3, Ball)> = fixed.into_iter().map(|(at, ball)| (at * wide, ball)).collect();

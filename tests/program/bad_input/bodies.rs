@@ -73,7 +73,7 @@ fn shapes_that_are_no_bodies_are_refused() {
         (
             SPHERE,
             "{ composite = { parts = [] } }",
-            &["bad.toml:14:", "`particles.0.shape.composite.parts`", "at least 1"],
+            &["bad.toml:14:", "`particles.0.shape.composite.parts` is empty", "one part or more"],
         ),
         (
             SPHERE,

@@ -112,13 +112,11 @@ impl GrownShape {
 
     /// Radius of a sphere about the centre of mass that holds the grown body (m).
     pub fn reach(&self) -> f64 {
-        match &self.solid {
-            Some(solid) => solid.reach,
-            None => {
-                let part = |(grown, part): &(Self, Part)| part.position.norm() + grown.reach();
-                self.parts.iter().map(part).fold(self.shape.circumradius() + self.enlargement, f64::max)
-            }
+        if let Some(solid) = &self.solid {
+            return solid.reach;
         }
+        let part = |(grown, part): &(Self, Part)| part.position.norm() + grown.reach();
+        self.parts.iter().map(part).fold(self.shape.circumradius() + self.enlargement, f64::max)
     }
 }
 

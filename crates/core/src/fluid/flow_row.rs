@@ -265,8 +265,8 @@ pub(super) unsafe fn visit_rows<S: Population, R: PopulationLanes<S>, V: Registe
                     (&u, &deviation),
                     (covered.then_some(&solid), model),
                     (t, half),
-                )
-            };
+                );
+            }
         }
         flow.close(whole.start..xs.start);
         flow.close(xs.end..whole.end);

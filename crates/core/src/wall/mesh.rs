@@ -261,12 +261,16 @@ impl WallMesh {
     /// The way (m) from the middle of a facet to where one leaves what is enclosed.
     fn width(&self, facet: u32, middle: &Vec3, way: &Vec3) -> Option<f64> {
         let (mut from, mut but) = (*middle, Some(facet));
-        while let Some(crossing) = self.crossing_but(&from, &(middle + way), but) {
+        // Each facet is met once at most, unless the way lies in it.
+        for _ in 0..=self.facets.len() {
+            let crossing = self.crossing_but(&from, &(middle + way), but)?;
             let at = from + (middle + way - from) * crossing.part;
-            if !self.encloses(&(at + way * 1e-9)) {
+            let beyond = at + way * 1e-9;
+            if !self.encloses(&beyond) {
                 return (*way != Vec3::zeros()).then(|| (at - middle).norm());
             }
-            (from, but) = (at, Some(crossing.facet));
+            // Where two facets meet each would lead back to the other.
+            (from, but) = (beyond, None);
         }
         None
     }

@@ -208,6 +208,7 @@ mod tests {
             "profiles_every",
             "structure",
             "surfaces_every",
+            "wear_every",
         ];
         let outputs = outputs.iter().chain(&more).map(|key| format!("output.{key}"));
         let run = ["device", "simd", "threads"].map(|key| format!("run.{key}"));

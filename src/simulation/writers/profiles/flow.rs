@@ -91,16 +91,22 @@ impl Profiles<'_> {
             }
             if !along.is_empty() && y + 1 == block.hi[1] {
                 for (cell, of_cell) in (x..block.hi[0]).zip(of_plane.take()) {
-                    along.iter().for_each(|first| sums.add_integers(first + cell * FLOW_SUMS, &of_cell));
+                    for first in &along {
+                        sums.add_integers(first + cell * FLOW_SUMS, &of_cell);
+                    }
                 }
             }
             if !(y_layers.is_empty() && z_layers.is_empty()) {
                 let of_row = row.sums();
                 for (firsts, layer) in [(&y_layers, y), (&z_layers, z)] {
-                    firsts.iter().for_each(|first| sums.add_integers(first + layer * FLOW_SUMS, &of_row));
+                    for first in firsts {
+                        sums.add_integers(first + layer * FLOW_SUMS, &of_row);
+                    }
                 }
             }
-            rings.iter().for_each(|rings| rings.add(row, sums));
+            for rings in &rings {
+                rings.add(row, sums);
+            }
         });
     }
 
