@@ -165,7 +165,7 @@ impl Cover {
     }
 
     /// Joins the segments of the parts of one body, that of each from `found` on, where those of one image share cells: there the body is one,
-    /// with the [union](union) of its parts. So nothing is counted twice, and parts have no film between them.
+    /// with the [union] of its parts. So nothing is counted twice, and parts have no film between them.
     pub(super) fn join(&mut self, found: &[usize], parts: &[(u32, Mapper)]) {
         let first = found[0];
         let part_of = |at: usize| found.partition_point(|begin| *begin <= at) - 1;

@@ -1,6 +1,6 @@
 //! A rigid body that is the union of convex parts.
 //!
-//! Parts with flat faces that overlap are cut apart along these faces ([`apart`](super::apart)), so that nothing counts twice. Others keep what
+//! Parts with flat faces that overlap are cut apart along these faces (`apart.rs`), so that nothing counts twice. Others keep what
 //! they share, which is taken off once. Volumes add up, and moments of inertia with the arms `d` from the common centre of mass:
 //!
 //! ```text
