@@ -76,9 +76,11 @@ pub(super) fn sizes(
 
 /// Sizes of a distribution.
 fn spread_sizes(document: &Document, key: &str, spread: &SizeSpread) -> Result<Given> {
-    if let (Some([low, high]), None | Some(SharesOf::Number)) = (spread.uniform, spread.by) {
-        let [low, high] = ascending(document, &format!("{key}.uniform"), [low, high])?;
+    if let Some(range) = spread.uniform {
+        ascending(document, &format!("{key}.uniform"), range)?;
         refuse_range(document, key, spread)?;
+    }
+    if let (Some([low, high]), None | Some(SharesOf::Number)) = (spread.uniform, spread.by) {
         let steps = spread.steps.unwrap_or(EVEN);
         let middle = |step: u32| low + (high - low) * (f64::from(step) + 0.5) / f64::from(steps);
         return Ok((vec![low, high], (0..steps).map(|step| (middle(step), 1.0)).collect()));
@@ -134,8 +136,6 @@ type Density<'a> = (Box<dyn Fn(f64) -> f64 + 'a>, SharesOf, [f64; 2]);
 fn density<'a>(document: &Document, key: &str, spread: &'a SizeSpread) -> Result<Density<'a>> {
     let by = |usual: SharesOf| spread.by.unwrap_or(usual);
     if let Some(range) = spread.uniform {
-        let range = ascending(document, &format!("{key}.uniform"), range)?;
-        refuse_range(document, key, spread)?;
         return Ok((Box::new(|_| 1.0), by(SharesOf::Number), range));
     }
     if let Some(normal) = &spread.normal {

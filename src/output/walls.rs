@@ -6,7 +6,7 @@
 use super::polydata::PolyData;
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::math::Vec3;
+use crate::math::{Vec3, triangle_area};
 use crate::wall::{Surface, Wall};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -46,7 +46,7 @@ pub fn write_wear(path: &Path, walls: &[Wall], time: f64, sums: &[f64]) -> Resul
         let Some(placed) = surface.mesh() else { continue };
         for facet in 0..placed.mesh.facets().len() as u32 {
             let corners = placed.corners(facet);
-            let area = 0.5 * (corners[1] - corners[0]).cross(&(corners[2] - corners[0])).norm();
+            let area = triangle_area(corners);
             let points = corners.map(|at| data.point(at));
             data.polygon(points);
             let &[x, y, z, normal, friction] = sums.next().unwrap_or(&[0.0; 5]);

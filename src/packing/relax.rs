@@ -302,4 +302,4 @@ fn push(
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -16,6 +16,11 @@ pub type Mat3 = nalgebra::Matrix3<f64>;
 /// Rotation; maps the body frame to the world frame.
 pub type Quat = nalgebra::UnitQuaternion<f64>;
 
+/// Area of a triangle.
+pub fn triangle_area([a, b, c]: [Vec3; 3]) -> f64 {
+    0.5 * (b - a).cross(&(c - a)).norm()
+}
+
 /// The one of some points that is furthest along a direction; the first of several.
 #[inline]
 pub fn furthest(points: impl IntoIterator<Item = Vec3>, direction: &Vec3) -> Vec3 {

@@ -16,7 +16,7 @@ pub mod superellipsoid;
 mod surface;
 pub mod through;
 
-use crate::math::{Quat, Vec3};
+use crate::math::{Quat, Vec3, triangle_area};
 pub use capsule::Capsule;
 pub use composite::Composite;
 pub use cuboid::Cuboid;
@@ -180,11 +180,8 @@ pub trait Shape: Send + Sync + Debug {
         }
         let area = |refinement| -> f64 {
             let mesh = self.surface_mesh(refinement);
-            let triangle = |corners: &[u32; 3]| {
-                let [a, b, c] = corners.map(|i| mesh.points[i as usize]);
-                0.5 * (b - a).cross(&(c - a)).norm()
-            };
-            mesh.triangles.iter().map(triangle).sum()
+            let corners = |triangle: &[u32; 3]| triangle.map(|i| mesh.points[i as usize]);
+            mesh.triangles.iter().map(corners).map(triangle_area).sum()
         };
         // The error falls with the square of the edges of the triangles, which are halved.
         let area = (4.0 * area(4) - area(3)) / 3.0;

@@ -44,7 +44,6 @@ mod slope;
 mod sphere_array;
 mod taylor_green;
 mod turbulence;
-mod vessels;
 mod watch;
 mod wet_impact;
 

@@ -167,8 +167,8 @@ impl Placer<'_> {
             self.walls.iter().map(|placed| placed.wall.surface.clone()).collect();
         // Dense packings begin in a box that is wider.
         let wide = if is_dense { libm::cbrt(grown / packing::LOOSE) } else { 1.0 };
-        let widened: Option<Vec<Surface>> = wanted_walls.iter().map(|wall| widened(wall, wide)).collect();
         let walls = if is_dense {
+            let widened: Option<Vec<Surface>> = wanted_walls.iter().map(|wall| widened(wall, wide)).collect();
             widened.ok_or_else(|| self.dense_in_mesh(first, solid))?
         } else {
             wanted_walls.clone()

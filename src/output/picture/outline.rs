@@ -29,8 +29,8 @@ pub(super) fn lines(
         let outline = cut(&*part.shape, &mesh, &turn, origin - orientation * part.position, across, up);
         let hidden = |(a, b): (f64, f64)| {
             let point = orientation.inverse_transform_vector(&(origin + a * across + b * up));
-            let others = shape.parts().iter().enumerate().filter(|(k, _)| *k != n);
-            others.into_iter().any(|(_, other)| {
+            let mut others = shape.parts().iter().enumerate().filter(|(k, _)| *k != n);
+            others.any(|(_, other)| {
                 let own = other.orientation.inverse_transform_vector(&(point - other.position));
                 other.shape.signed_distance(own) < TOUCHING * size
             })

@@ -20,7 +20,12 @@ fn thrown(domain: &Domain, shape: Arc<dyn Shape>, fraction: f64) -> (Vec<GrownSh
 }
 
 /// Number of pairs that overlap, and of bodies that overlap a wall, without any gap.
-fn overlaps(domain: &Domain, walls: &[Surface], shape: &Arc<dyn Shape>, poses: &[Pose]) -> usize {
+pub(in crate::packing) fn overlaps(
+    domain: &Domain,
+    walls: &[Surface],
+    shape: &Arc<dyn Shape>,
+    poses: &[Pose],
+) -> usize {
     let bare = [GrownShape::new(shape.clone(), 0.0)];
     let mut count = 0;
     for (i, a) in poses.iter().enumerate() {

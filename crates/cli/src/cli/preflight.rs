@@ -111,8 +111,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     };
     rows.push(row("volume fraction", format!("{actual:.5}"), remark));
     rows.extend(bodies::change_rows(setup));
-    rows.extend(bodies::shape_rows(setup));
-    rows.extend(bodies::size_rows(setup));
+    rows.extend(bodies::particle_rows(setup));
     rows.extend((setup.fluid.as_ref()).map_or_else(|| dry_rows(setup), |fluid| flow::rows(setup, fluid)));
     rows.extend(setup.fluid.iter().flat_map(|fluid| errors::rows(setup, fluid)));
     rows.extend(engine_row(setup));

@@ -11,16 +11,14 @@ use super::solid_row::SolidRow;
 use super::{Fluid, Real, Simd};
 use crate::domain::Block;
 use crate::lattice::Q;
-use crate::math::FIXED_MAGIC;
-use std::ops::Range;
+use crate::math::{FIXED_MAGIC, to_fixed};
+use std::ops::{Mul, Range};
 
 /// Sums over cells, each weighted by the open part of its cell: 1, the velocity, its products (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`),
 /// the density deviation; fixed-point numbers of lattice units, as those of [`to_fixed`](crate::math::to_fixed).
 pub type FlowSums = [i64; FLOW_SUMS];
 /// Number of the [`FlowSums`].
 pub const FLOW_SUMS: usize = 11;
-/// Axes of the products of two components.
-const PRODUCTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 
 /// Velocity, density and solid fraction of the cells of a row, lattice units.
 #[derive(Debug)]
@@ -57,6 +55,11 @@ impl FlowRow {
             };
             ([x0 + x, y, z], state)
         })
+    }
+
+    /// The terms of one cell; the axes of its velocity may be turned.
+    pub fn of_cell(state: &CellState) -> FlowSums {
+        terms(1.0 - state.solid_fraction, state.velocity, state.density_deviation).map(to_fixed)
     }
 
     /// The sums over the row.
@@ -119,14 +122,17 @@ impl FlowRow {
         debug_assert!(x + D::WIDTH <= self.solid.len());
         // SAFETY: all arrays are of whole chunks, of which registers are a part.
         let load = |values: &[f64]| unsafe { D::load(values.as_ptr().add(x)) };
-        let open = D::splat(1.0) - load(&self.solid);
-        let u = [load(&self.velocity[0]), load(&self.velocity[1]), load(&self.velocity[2])];
-        let p = [open * u[0], open * u[1], open * u[2]];
-        let product = |k: usize| p[PRODUCTS[k].0] * u[PRODUCTS[k].1];
-        let [xx, yy, zz] = [product(0), product(1), product(2)];
-        let [xy, xz, yz] = [product(3), product(4), product(5)];
-        [open, p[0], p[1], p[2], xx, yy, zz, xy, xz, yz, open * load(&self.deviation)]
+        let [x, y, z] = &self.velocity;
+        terms(D::splat(1.0) - load(&self.solid), [load(x), load(y), load(z)], load(&self.deviation))
     }
+}
+
+/// The terms of cells by their open part, velocity, and density deviation.
+#[inline(always)]
+fn terms<N: Copy + Mul<Output = N>>(open: N, u: [N; 3], deviation: N) -> [N; FLOW_SUMS] {
+    let [x, y, z] = [open * u[0], open * u[1], open * u[2]];
+    let [xx, yy, zz] = [x * u[0], y * u[1], z * u[2]];
+    [open, x, y, z, xx, yy, zz, x * u[1], x * u[2], y * u[2], open * deviation]
 }
 
 /// Work of [`FlowRow::sums`].

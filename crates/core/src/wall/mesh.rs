@@ -11,7 +11,7 @@ mod nearest;
 mod topology;
 mod tree;
 
-use crate::math::{Vec3, bounding_box};
+use crate::math::{Vec3, bounding_box, triangle_area};
 pub use nearest::{Feature, NearestPoint};
 use std::fmt::{Display, Formatter};
 use std::sync::OnceLock;
@@ -213,11 +213,7 @@ impl WallMesh {
 
     /// Area of all facets (m^2).
     pub fn area(&self) -> f64 {
-        let area = |facet: u32| {
-            let [a, b, c] = self.corners(facet);
-            0.5 * (b - a).cross(&(c - a)).norm()
-        };
-        (0..self.facets.len() as u32).map(area).sum()
+        (0..self.facets.len() as u32).map(|facet| triangle_area(self.corners(facet))).sum()
     }
 
     /// Least width of the enclosed region of a closed mesh (m), along the normals of at most 2000 facets from their middles; none of a sheet.

@@ -3,9 +3,9 @@
 use super::Profiles;
 use crate::case::{Profile, Setup};
 use crate::domain::Block;
-use crate::fluid::{FLOW_SUMS, FlowRow, FlowSums, SumsAlongRows};
-use crate::math::{Vec3, to_fixed};
-use crate::simulation::observe::{PAIRS, Sums};
+use crate::fluid::{CellState, FLOW_SUMS, FlowRow, SumsAlongRows};
+use crate::math::Vec3;
+use crate::simulation::observe::Sums;
 use crate::simulation::writers::RankState;
 
 /// Number of sums of the flow of all profiles.
@@ -56,15 +56,9 @@ impl CellRings {
         for (cell, state) in row.each().filter(|(_, state)| state.solid_fraction < 1.0) {
             let at = cell[i] - self.lo[0] + self.width * (cell[j] - self.lo[1]);
             let Some((first, [out_i, out_j])) = self.cells[at] else { continue };
-            let (open, v) = (1.0 - state.solid_fraction, state.velocity);
-            let u = [out_i * v[i] + out_j * v[j], out_i * v[j] - out_j * v[i], v[axis]];
-            let weighted = u.map(|u| open * u);
-            let products = PAIRS.map(|(i, j)| weighted[i] * u[j]);
-            let terms =
-                [open].into_iter().chain(weighted).chain(products).chain([open * state.density_deviation]);
-            let mut integers = FlowSums::default();
-            integers.iter_mut().zip(terms).for_each(|(integer, term)| *integer = to_fixed(term));
-            sums.add_integers(first, &integers);
+            let v = state.velocity;
+            let velocity = [out_i * v[i] + out_j * v[j], out_i * v[j] - out_j * v[i], v[axis]];
+            sums.add_integers(first, &FlowRow::of_cell(&CellState { velocity, ..state }));
         }
     }
 }

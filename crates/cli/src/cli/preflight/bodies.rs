@@ -18,9 +18,16 @@ fn counts(setup: &Setup) -> Vec<usize> {
     counts
 }
 
-/// One row for each kind and size of particle.
-pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
+/// One row for each kind and size of particle, and one for each section with several sizes.
+pub(super) fn particle_rows(setup: &Setup) -> Vec<Row> {
     let counts = counts(setup);
+    let sections = setup.sections.iter().max().map_or(0, |last| last + 1);
+    let mut rows = shape_rows(setup, &counts);
+    rows.extend((0..sections).filter_map(|section| size_row(setup, &counts, section)));
+    rows
+}
+
+fn shape_rows(setup: &Setup, counts: &[usize]) -> Vec<Row> {
     let one = |index: usize| {
         let (template, count) = (&setup.templates[index], counts[index]);
         let shape = &template.shape;
@@ -52,16 +59,11 @@ pub(super) fn shape_rows(setup: &Setup) -> Vec<Row> {
     rows
 }
 
-/// A row for each section with several sizes: what its distribution has become.
-pub(super) fn size_rows(setup: &Setup) -> Vec<Row> {
-    let sections = setup.sections.iter().max().map_or(0, |last| last + 1);
-    (0..sections).filter_map(|section| size_row(setup, section)).collect()
-}
-
-fn size_row(setup: &Setup, section: usize) -> Option<Row> {
-    let counts = counts(setup).into_iter().enumerate();
-    let mut sizes: Vec<[f64; 2]> = counts
-        .filter(|(template, count)| setup.sections[*template] == section && *count > 0)
+/// What the distribution of a section with several sizes has become.
+fn size_row(setup: &Setup, counts: &[usize], section: usize) -> Option<Row> {
+    let own = |(template, count): &(usize, usize)| setup.sections[*template] == section && *count > 0;
+    let mut sizes: Vec<[f64; 2]> = (counts.iter().copied().enumerate())
+        .filter(own)
         .map(|(template, count)| {
             let shape = &setup.templates[template].shape;
             [shape.equivalent_diameter(), count as f64 * shape.volume()]
