@@ -402,6 +402,10 @@ pub struct OutputSection {
     #[serde(default)]
     #[schemars(transform = free)]
     pub average: Vec<String>,
+    /// Ids of the particles whose paths `particle_series.csv` has. Default: the 16 lowest ids.
+    #[serde(default)]
+    #[schemars(transform = free, extend("maxItems" = 10_000))]
+    pub paths: Vec<u64>,
     /// Contacts (.vtp). Default: as often as particles.
     #[schemars(transform = free)]
     pub contacts_every: Option<Every>,

@@ -20,6 +20,7 @@ use super::schedule::{Known, of_machine, reschedule, title};
 use super::space::{
     domain, refuse_double_contacts, refuse_passages, refuse_shared_cells, refuse_what_is_too_large,
 };
+use super::statistics::refuse_paths;
 use super::walls::{PlacedWall, free_volume, refuse_beside_meshes, walls};
 use super::{FluidSetup, Provenance, RunPlan, Setup};
 use crate::document::Source;
@@ -212,6 +213,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
             warnings.extend(rounded(document, index, [requested, actual], count));
         }
     }
+    let placed: usize = counts.iter().map(|(_, count)| count).sum();
     let mut present: BTreeSet<usize> =
         (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
     let clock = Clock::of(time_step, fluid.as_ref());
@@ -245,6 +247,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Se
         known.few = are_few(templates, counts);
         plan = RunPlan::new(document, &known)?;
     }
+    refuse_paths(document, &particles, placed - particles.len(), !insertions.is_empty())?;
     let (text, free_volume) = (saved_text(document, &engine), placer.free_volume);
     let (walls, wall_keys): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.key)).unzip();

@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::fluid::{Precision, Simd};
 use crate::math::Vec3;
 use crate::output::surfaces::are_few;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Duration as WallTime;
 
@@ -74,6 +75,8 @@ pub struct OutputPlan {
     pub dynamics: Option<Dynamics>,
     /// Columns of `series.csv` that are averaged.
     pub average: Vec<String>,
+    /// Ids of the particles whose paths are written, ascending; none for the usual ones.
+    pub paths: Vec<u64>,
     /// Steps between pictures.
     pub picture_every: u64,
     /// The pictures.
@@ -358,6 +361,7 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
         structure: statistics::structure(document, known, end_step)?,
         dynamics: statistics::dynamics(document, known, end_step)?,
         average: statistics::averaged(document)?,
+        paths: output.paths.iter().copied().collect::<BTreeSet<_>>().into_iter().collect(),
         pictures: pictures(document, size)?,
         checkpoint_every,
         checkpoint_at_end: output.checkpoint_at_end.unwrap_or(checkpoint_every != CheckpointSpacing::Never),

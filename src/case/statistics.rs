@@ -5,7 +5,9 @@ use super::file::{PlaneName, ProfileSection};
 use super::schedule::Known;
 use crate::error::Result;
 use crate::output::series::{COLUMNS, is_of_a_body};
+use crate::particle::Particle;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// A profile along an axis of the box, or away from one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,13 +40,15 @@ pub struct Structure {
     pub bins: usize,
     /// Axes of the plane in which pairs are told apart by their direction.
     pub plane: Option<[usize; 2]>,
+    /// Wavelength (m) down to which there is a structure factor.
+    pub shortest_wave: Option<f64>,
 }
 
 impl Structure {
     /// That of a box (periodic axes, edges in m) whose case says nothing, over a whole number of steps.
     pub fn usual(every: u64, edges: [Option<f64>; 3], diameter: f64) -> Self {
         let reach = (REACH * diameter).min(half_edge(edges));
-        Self { every, reach, bins: BINS, plane: None }
+        Self { every, reach, bins: BINS, plane: None, shortest_wave: None }
     }
 }
 
@@ -65,6 +69,8 @@ pub struct Dynamics {
 /// Diameters within which pairs are counted, and number of bins, if a case says nothing.
 const REACH: f64 = 3.0;
 const BINS: usize = 150;
+/// Most wave vectors of the structure factor.
+const WAVES: f64 = 1e5;
 /// Samples of a block if a case says nothing.
 pub(crate) const LAGS: usize = 100;
 
@@ -123,6 +129,9 @@ pub(super) fn structure(document: &Document, known: &Known, end_step: u64) -> Re
         let remedy = "further away pairs of a particle and an image of another would count; take a larger box, or leave the key out";
         return Err(document.out_of_range(key, reach, &wanted, remedy));
     }
+    if let Some(shortest) = section.shortest_wave {
+        refuse_waves(document, edges, shortest)?;
+    }
     Ok(Some(Structure {
         every,
         reach: reach.min(half),
@@ -132,7 +141,34 @@ pub(super) fn structure(document: &Document, known: &Known, end_step: u64) -> Re
             PlaneName::Xz => [0, 2],
             PlaneName::Yz => [1, 2],
         }),
+        shortest_wave: section.shortest_wave,
     }))
+}
+
+/// Refuses a box without waves as long as this one (m), and one with too many.
+fn refuse_waves(document: &Document, edges: [Option<f64>; 3], shortest: f64) -> Result<()> {
+    let key = "output.structure.shortest_wave";
+    let waves: Vec<f64> = edges.into_iter().flatten().map(|edge| edge / shortest).collect();
+    if waves.is_empty() {
+        let title = format!("`{key}` is given, but no axis of the box is periodic");
+        return Err(document.error(key, &title, "no wave fits", "leave it out"));
+    }
+    let longest = waves.iter().copied().fold(0.0, f64::max);
+    if longest < 1.0 {
+        let wanted = format!("at most {} m, the longest periodic edge", longest * shortest);
+        return Err(document.out_of_range(key, shortest, &wanted, "longer waves do not fit into the box"));
+    }
+    // Half of an interval, a disc or a ball.
+    let half = [1.0, 0.5 * PI, 2.0 / 3.0 * PI][waves.len() - 1];
+    let ratio = half * waves.iter().product::<f64>() / WAVES;
+    if ratio > 1.0 {
+        let least = shortest * libm::pow(ratio, 1.0 / waves.len() as f64);
+        let wanted = format!("at least {least:.3e} m");
+        let remedy =
+            format!("more than {WAVES} wave vectors are shorter; half a diameter is beyond all peaks");
+        return Err(document.out_of_range(key, shortest, &wanted, &remedy));
+    }
+    Ok(())
 }
 
 /// The dynamics that a case asks for.
@@ -140,6 +176,31 @@ pub(super) fn dynamics(document: &Document, known: &Known, end_step: u64) -> Res
     let Some(section) = document.case.output.dynamics else { return Ok(None) };
     let every = document.interval("output.dynamics.every", section.every, known.clock, end_step / 1000)?;
     Ok(Some(Dynamics { every, lags: section.lags.unwrap_or(LAGS) }))
+}
+
+/// Refuses paths of particles that there are none of: neither listed, nor among as many random ones, which have the next ids, nor, where some are
+/// `inserted`, later.
+pub(super) fn refuse_paths(
+    document: &Document,
+    listed: &[Particle],
+    random: usize,
+    inserted: bool,
+) -> Result<()> {
+    let first = listed.last().map_or(0, |last| last.id + 1);
+    let end = first + random as u64;
+    let is_there = |id: u64| {
+        listed.binary_search_by_key(&id, |particle| particle.id).is_ok()
+            || (first..end).contains(&id)
+            || (inserted && id >= end)
+    };
+    let mut asked = document.case.output.paths.iter().enumerate();
+    let Some((n, id)) = asked.find(|(_, id)| !is_there(**id)) else { return Ok(()) };
+    let largest = end.saturating_sub(1);
+    let remedy = format!(
+        "ids count from 0 in the order of the sections, unless a list gives its own; the largest is {largest}"
+    );
+    let title = format!("no particle has the id {id}");
+    Err(document.error(&format!("output.paths.{n}"), &title, "not a particle", &remedy))
 }
 
 /// The columns of series.csv that a case averages.

@@ -4,7 +4,7 @@
 //! DIRECTORY/
 //!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log  process.log
 //!   profiles.csv  profile_means.csv  fronts.csv  structure.csv  pair_distribution.csv  pair_distribution_means.csv
-//!   contact_forces.csv  contact_force_means.csv  dynamics.csv  dynamics_means.csv
+//!   contact_forces.csv  contact_force_means.csv  structure_factor.csv  structure_factor_means.csv  dynamics.csv  dynamics_means.csv
 //!   fields.pvd        fields/fields_0000001000.vti ...
 //!   particles.pvd     particles/particles_0000001000.vtp ...
 //!   surfaces.pvd      surfaces/surfaces_0000001000.vtp ...
@@ -49,7 +49,7 @@ pub struct OutputFiles {
 }
 
 /// Files directly in the output directory, beside the collections.
-const TOP: [&str; 17] = [
+const TOP: [&str; 19] = [
     SUMMARY,
     SERIES,
     SETTLING,
@@ -63,6 +63,8 @@ const TOP: [&str; 17] = [
     PAIR_DISTRIBUTION_MEANS,
     CONTACT_FORCES,
     CONTACT_FORCE_MEANS,
+    STRUCTURE_FACTOR,
+    STRUCTURE_FACTOR_MEANS,
     DYNAMICS,
     DYNAMICS_MEANS,
     SCRIPT,
@@ -89,6 +91,10 @@ pub const PAIR_DISTRIBUTION_MEANS: &str = "pair_distribution_means.csv";
 pub const CONTACT_FORCES: &str = "contact_forces.csv";
 /// Their means.
 pub const CONTACT_FORCE_MEANS: &str = "contact_force_means.csv";
+/// Structure factors over time.
+pub const STRUCTURE_FACTOR: &str = "structure_factor.csv";
+/// Their means.
+pub const STRUCTURE_FACTOR_MEANS: &str = "structure_factor_means.csv";
 /// Displacements and memory of velocities, block by block.
 pub const DYNAMICS: &str = "dynamics.csv";
 /// Their means.

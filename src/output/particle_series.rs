@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::sync::LazyLock;
 
-/// Particles whose paths are written: those with the lowest ids.
+/// Particles whose paths are written if a case names none: those with the lowest ids.
 pub const PATHS: usize = 16;
 
 /// Quantities of `particle_series.csv`, one row per particle and time: names, units and definitions of their columns.
@@ -41,7 +41,7 @@ pub struct PathsState {
     ids: Vec<u64>,
 }
 
-/// Writes `particle_series.csv`, one row for each of the first [`PATHS`] particles at a time.
+/// Writes `particle_series.csv`, one row for each of some particles at a time.
 #[derive(Debug)]
 pub struct ParticleSeries {
     writer: SeriesWriter,
@@ -75,21 +75,19 @@ impl ParticleSeries {
         Ok(PathsState { rows: self.writer.mark()?, last: self.last.clone(), ids: self.ids.clone() })
     }
 
-    /// Appends the first of `particles`, in ascending order of id, those with the lowest ids of all among them; particles may come and go. A particle moves
-    /// by less than half of the box between two calls.
+    /// Appends some particles, in ascending order of id; they may come and go. A particle moves by less than half of the box between two calls.
     pub fn write(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
-        let first = &particles[..particles.len().min(PATHS)];
-        let ids: Vec<u64> = first.iter().map(|particle| particle.id).collect();
+        let ids: Vec<u64> = particles.iter().map(|particle| particle.id).collect();
         // None are known of an older version, whose particles stayed.
         let same = ids == self.ids || (self.ids.is_empty() && self.last.len() == ids.len());
         if !same {
             let last = |id: u64| self.ids.iter().position(|known| *known == id).map(|at| self.last[at]);
             let begin = |p: &Particle| last(p.id).unwrap_or([self.domain.wrap(p.position()).into(); 2]);
-            self.last = first.iter().map(begin).collect();
+            self.last = particles.iter().map(begin).collect();
         }
         self.ids = ids;
-        let mut rows = Vec::with_capacity(first.len());
-        for (particle, [inside, path]) in first.iter().zip(&mut self.last) {
+        let mut rows = Vec::with_capacity(particles.len());
+        for (particle, [inside, path]) in particles.iter().zip(&mut self.last) {
             let now = self.domain.wrap(particle.position());
             *path = (Vec3::from(*path) + self.domain.nearest_image(now - Vec3::from(*inside))).into();
             *inside = now.into();
@@ -105,12 +103,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_path_continues_through_periodic_faces_and_only_the_first_particles_have_one() {
+    fn a_path_continues_through_periodic_faces() {
         let directory = tempfile::tempdir().unwrap();
         let path = directory.path().join("particle_series.csv");
         let domain = Domain { faces: Domain::faces([true, true, false]), cells: [10, 10, 10], dx: 0.1 };
         let mut series = ParticleSeries::create(&path, domain).unwrap();
-        let mut particles: Vec<Particle> = (0..20).map(|id| Particle::at(id, 0, Vec3::repeat(0.5))).collect();
+        let mut particles: Vec<Particle> = (0..5).map(|id| Particle::at(id, 0, Vec3::repeat(0.5))).collect();
         for step in 0..8_u64 {
             let x = 0.5 + 0.2 * step as f64;
             particles[3].position = domain.wrap(Vec3::new(x, 0.5, 0.5 - 0.01 * x)).into();
@@ -120,8 +118,8 @@ mod tests {
         let mut reader = csv::Reader::from_path(&path).unwrap();
         assert_eq!(reader.headers().unwrap(), COLUMNS.to_vec());
         let rows: Vec<Vec<f64>> = reader.deserialize().map(std::result::Result::unwrap).collect();
-        assert_eq!(rows.len(), 8 * PATHS);
-        let last = &rows[7 * PATHS + 3];
+        assert_eq!(rows.len(), 8 * 5);
+        let last = &rows[7 * 5 + 3];
         assert_eq!((last[0], last[1], last[2]), (7.0, 0.875, 3.0));
         assert!((last[3] - 1.9).abs() < 1e-12 && (last[5] - 0.481).abs() < 1e-12, "{last:?}");
         assert_eq!(last[9..], [1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);

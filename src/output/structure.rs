@@ -1,4 +1,4 @@
-//! Tables of the structure of the particles: `structure.csv`, `pair_distribution.csv` and `contact_forces.csv`.
+//! Tables of the structure of the particles: `structure.csv`, `pair_distribution.csv`, `contact_forces.csv` and `structure_factor.csv`.
 
 use super::means::Bins;
 use super::series::{definitions, heads};
@@ -41,6 +41,14 @@ force_over_mean (-): Middle of the bin of the normal force of contacts between p
 probability_density (-): Part of the contacts in the bin over its width (Radjai et al. 1996, doi:10.1103/PhysRevLett.77.274).
 ";
 
+/// Quantities of `structure_factor.csv`, one row per time and shell of wave vectors.
+const OF_WAVES: &str = "\
+step (-): Steps done.
+t (s): Time, `step * time_step`.
+wave_number (1/m): Mean length of the wave vectors `2 pi n_i / L_i` of the shell, with whole numbers `n_i` along periodic axes and zero along closed ones.
+structure_factor (-): `S(k)`, mean of `|sum exp(i k x)|^2 / N` over these, `x` the centres of all `N` particles (Hansen and McDonald 2013, section 4.1).
+";
+
 /// Sectors of the directions of pairs in a plane, from the first axis on over half a turn.
 pub const SECTORS: usize = 18;
 
@@ -50,14 +58,18 @@ pub static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(QUANTITIES));
 pub static FORCE_COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(OF_FORCES));
 /// Header of `pair_distribution.csv` without directions.
 pub static PAIR_COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(OF_PAIRS));
-/// Definition of every quantity of the three tables.
+/// Header of `structure_factor.csv`.
+pub static FACTOR_COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| heads(OF_WAVES));
+/// Definition of every quantity of the tables.
 pub static DEFINITIONS: LazyLock<Vec<(&str, &str)>> =
-    LazyLock::new(|| [QUANTITIES, OF_PAIRS, OF_FORCES].map(definitions).concat());
+    LazyLock::new(|| [QUANTITIES, OF_PAIRS, OF_FORCES, OF_WAVES].map(definitions).concat());
 
 /// The bins of `pair_distribution.csv`.
 pub const PAIR_BINS: Bins = Bins { keys: &["separation"], time: "t", front: 3, independent: false };
 /// The bins of `contact_forces.csv`.
 pub const FORCE_BINS: Bins = Bins { keys: &["force_over_mean"], time: "t", front: 3, independent: false };
+/// The bins of `structure_factor.csv`.
+pub const FACTOR_BINS: Bins = Bins { keys: &["wave_number"], time: "t", front: 3, independent: false };
 
 /// Angle (degrees) from the first axis of the plane in the middle of a sector.
 pub fn angle(sector: usize) -> usize {

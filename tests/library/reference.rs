@@ -283,7 +283,7 @@ fn the_page_on_tables_has_every_column() {
     columns(&mut out, &population, &series::DEFINITIONS);
     let _ = write!(
         out,
-        "\n## particle_series.csv\n\nOne row for each of the first {} particles at each time.\n\n",
+        "\n## particle_series.csv\n\nOne row for each of the particles in `output.paths`, or else of the first {}, at each time.\n\n",
         particle_series::PATHS
     );
     columns(&mut out, &particle_series::COLUMNS, &particle_series::DEFINITIONS);
@@ -293,8 +293,8 @@ fn the_page_on_tables_has_every_column() {
     );
     columns(&mut out, &profiles::COLUMNS, &profiles::DEFINITIONS);
     out.push_str(
-        "\n## Tables of means\n\n`profile_means.csv`, `pair_distribution_means.csv`, `contact_force_means.csv` and `dynamics_means.csv`: one row for each bin of the table \
-         of that name, told by\n`profile` and `position`, `separation`, `force_over_mean` or `lag`, with the number of `rows` from `run.average_from` on, and of each quantity the mean over \
+        "\n## Tables of means\n\n`profile_means.csv`, `pair_distribution_means.csv`, `contact_force_means.csv`, `structure_factor_means.csv` and `dynamics_means.csv`: one row for each bin of the table \
+         of that name, told by\n`profile` and `position`, `separation`, `force_over_mean`, `wave_number` or `lag`, with the number of `rows` from `run.average_from` on, and of each quantity the mean over \
          these rows and\nits standard error, `NAME_error`, which knows how long the values are correlated; empty with fewer than 16 rows. Rows of dynamics.csv with one lag are of \
          blocks, which are\ntaken as independent: their errors need four.\n\n## fronts.csv\n\nOne row for each time of profiles.csv. [Statistics](../statistics.md#profiles-and-fronts) has more.\n\n",
     );
@@ -308,6 +308,8 @@ fn the_page_on_tables_has_every_column() {
     columns(&mut out, &structure::PAIR_COLUMNS, &structure::DEFINITIONS);
     out.push_str("\n## contact_forces.csv\n\nOne row for each time and bin.\n\n");
     columns(&mut out, &structure::FORCE_COLUMNS, &structure::DEFINITIONS);
+    out.push_str("\n## structure_factor.csv\n\nOne row for each time and shell of wave vectors, with `output.structure.shortest_wave`.\n\n");
+    columns(&mut out, &structure::FACTOR_COLUMNS, &structure::DEFINITIONS);
     out.push_str("\n## dynamics.csv\n\nOne row for each sample of `output.dynamics`.\n\n");
     columns(&mut out, &dynamics::COLUMNS, &dynamics::DEFINITIONS);
     out.push_str(

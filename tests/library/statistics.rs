@@ -4,6 +4,7 @@ use crate::written;
 use std::path::Path;
 use turbid::output::directory::{
     CONTACT_FORCES, DYNAMICS, DYNAMICS_MEANS, FRONTS, PAIR_DISTRIBUTION, PAIR_DISTRIBUTION_MEANS, STRUCTURE,
+    STRUCTURE_FACTOR, STRUCTURE_FACTOR_MEANS,
 };
 use turbid::output::{SeriesTable, Summary};
 use turbid::simulation;
@@ -34,7 +35,7 @@ gravity = [0, 0, -9]
 end = { steps = 2000 }
 average_from = { steps = 1000 }
 [output]
-structure = { every = { steps = 50 }, reach = 2.9e-3, bins = 40, plane = "xz" }
+structure = { every = { steps = 50 }, reach = 2.9e-3, bins = 40, plane = "xz", shortest_wave = 0.5e-3 }
 dynamics = { every = { steps = 20 }, lags = 10 }
 average = ["contacts", "wall_force_z"]
 particles_every = "never"
@@ -48,7 +49,15 @@ fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_4_ranks() {
     let read = |threads: u32| {
         let out = root.path().join(threads.to_string());
         let (_, files) = written(&out, HEAP, &[format!("run.threads={threads}")]);
-        let tables = [STRUCTURE, PAIR_DISTRIBUTION, PAIR_DISTRIBUTION_MEANS, CONTACT_FORCES, DYNAMICS];
+        let tables = [
+            STRUCTURE,
+            PAIR_DISTRIBUTION,
+            PAIR_DISTRIBUTION_MEANS,
+            CONTACT_FORCES,
+            STRUCTURE_FACTOR,
+            STRUCTURE_FACTOR_MEANS,
+            DYNAMICS,
+        ];
         let bytes = tables.map(|name| std::fs::read(files.table(name)).unwrap());
         let averages = Summary::read(&files.summary()).unwrap().averages;
         (files, bytes, averages)
@@ -177,4 +186,16 @@ fn the_files_of_a_run_have_the_numbers_of_the_run_afterwards() {
     }
     let error = simulation::analyse(root.path(), &out, None).unwrap_err();
     assert!(error.exit_code() == 2 && error.to_string().contains("series.csv"), "{error}");
+}
+
+#[test]
+fn paths_are_those_of_the_particles_that_a_case_names() {
+    let root = tempfile::tempdir().unwrap();
+    for threads in [1, 3] {
+        let own = ["output.paths=[40, 2, 17]".to_string(), format!("run.threads={threads}")];
+        let (_, files) = written(&root.path().join(threads.to_string()), HEAP, &own);
+        let paths = SeriesTable::read(&files.particle_series()).unwrap();
+        let ids = paths.get("id").unwrap();
+        assert!(ids.len() > 30 && ids.chunks(3).all(|ids| ids == [2.0, 17.0, 40.0]), "{ids:?}");
+    }
 }

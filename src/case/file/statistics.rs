@@ -26,7 +26,7 @@ pub struct ProfileSection {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StructureSection {
-    /// Rows of structure.csv, `pair_distribution.csv` and `contact_forces.csv`. Default: 100 over the run.
+    /// Rows of structure.csv, `pair_distribution.csv`, `contact_forces.csv` and `structure_factor.csv`. Default: 100 over the run.
     pub every: Option<Every>,
     /// Largest distance of two centres (m), at most half of the shortest periodic edge of the box. Default: 3 diameters of the first kind of
     /// particle, or that half.
@@ -37,6 +37,9 @@ pub struct StructureSection {
     pub bins: Option<usize>,
     /// Plane in which pairs are told apart by their direction: "xy", "xz" or "yz", that of shear or of gravity. Default: none.
     pub plane: Option<PlaneName>,
+    /// Wavelength (m) down to which the structure factor is written; half a diameter is beyond its peaks. Default: it is not written.
+    #[schemars(transform = positive)]
+    pub shortest_wave: Option<f64>,
 }
 
 /// A plane of the box by its axes.

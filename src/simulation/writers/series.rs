@@ -32,7 +32,7 @@ const MEASURED_CELL: f64 = 26e-9;
 pub(super) struct Series<'a> {
     setup: &'a Setup,
     files: OutputFiles,
-    /// Largest id of the particles whose paths are written.
+    /// Largest id of the particles whose paths are written if the case names none.
     last_path: Option<u64>,
     open: Option<(SeriesWriter, ParticleSeries)>,
     samples: Samples,
@@ -163,7 +163,10 @@ impl Writer for Series<'_> {
     }
 
     fn selects(&self, particle: &Particle) -> bool {
-        self.last_path.is_some_and(|last| particle.id <= last)
+        match &self.setup.plan.output.paths[..] {
+            [] => self.last_path.is_some_and(|last| particle.id <= last),
+            paths => paths.binary_search(&particle.id).is_ok(),
+        }
     }
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
@@ -285,7 +288,10 @@ impl Writer for Series<'_> {
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
-        let paths = self.setup.expected_particles().min(PATHS);
+        let paths = match self.setup.plan.output.paths.len() {
+            0 => self.setup.expected_particles().min(PATHS),
+            asked => asked,
+        };
         let numbers = series::COLUMNS.len() + paths * particle_series::COLUMNS.len();
         let rows = FileEstimate::of(self, end_step, "tables", NUMBER * numbers as f64, "");
         let [threads, cores] = threads_and_cores(self.setup);

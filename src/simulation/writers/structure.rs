@@ -8,12 +8,13 @@
 //!
 //! `w` is the part of the shell about a point of the box that lies in it (the set covariance of the box). Centres reach over the blocks of
 //! ranks by messages ([`centres_near`]), so that `r` may be longer than ghosts reach. Every pair is counted once by the owner of each of its
-//! particles; counts are whole numbers, and so have the same bits on any ranks.
+//! particles; counts are whole numbers, and so have the same bits on any ranks. The structure factor is a sum of [waves].
 //!
 //! # Reference
 //! Hansen and `McDonald` (2013), Theory of Simple Liquids, section 2.5, for `g`; Stoyan et al. (1995), Stochastic Geometry, section 4.5, for `w`.
 
 mod pairs;
+mod waves;
 
 use super::table::Table;
 use super::vtk::parsed;
@@ -23,7 +24,9 @@ use crate::comm::Comm;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
-use crate::output::structure::{COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SECTORS, pair_head};
+use crate::output::structure::{
+    COLUMNS, FACTOR_BINS, FACTOR_COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SECTORS, pair_head,
+};
 use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, averages, directory};
 use crate::particle::{Particle, Template};
 use crate::simulation::observe::{PAIRS, Sums, Totals, at_owners, centres_near};
@@ -31,6 +34,7 @@ use pairs::each_pair;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
+use waves::Waves;
 
 const NAME: &str = "structure";
 /// Fewest contacts of a particle that holds itself.
@@ -60,16 +64,17 @@ const FABRIC: usize = 1;
 const AXES: usize = 7;
 const FIXED: usize = 13;
 
-/// Writes `structure.csv`, `pair_distribution.csv` and `contact_forces.csv`, and at the end the means over time.
+/// Writes `structure.csv`, `pair_distribution.csv`, `contact_forces.csv` and, where a case asks for it, `structure_factor.csv`, and at the end the
+/// means over time.
 pub(in crate::simulation) struct StructureWriter<'a> {
     setup: &'a Setup,
     plan: Structure,
     files: OutputFiles,
     /// Axis of the bodies of each template, if they have one.
     axes: Vec<Option<Vec3>>,
-    numbers: Table,
-    pairs: Table,
-    forces: Table,
+    waves: Option<Waves>,
+    /// In the order of the rows that [`StructureWriter::complete`] writes.
+    tables: Vec<Table>,
     /// Step of the last rows.
     last: u64,
 }
@@ -79,7 +84,8 @@ struct State {
     /// Reach and number of bins.
     bins: (f64, usize),
     plane: Option<[usize; 2]>,
-    rows: [Option<RowsMark>; 3],
+    shortest_wave: Option<f64>,
+    rows: Vec<Option<RowsMark>>,
     last: u64,
 }
 
@@ -88,11 +94,17 @@ impl<'a> StructureWriter<'a> {
     pub(in crate::simulation) fn of(setup: &'a Setup) -> Option<Self> {
         let plan = setup.plan.output.structure?;
         let files = files_of(setup);
-        let table = |name, head| Table::new(files.table(name), head);
+        let waves = plan.shortest_wave.map(|shortest| Waves::new(setup.domain, shortest));
+        let heads = [
+            (directory::STRUCTURE, COLUMNS.clone()),
+            (directory::PAIR_DISTRIBUTION, pair_head(plan.plane.is_some())),
+            (directory::CONTACT_FORCES, FORCE_COLUMNS.clone()),
+            (directory::STRUCTURE_FACTOR, FACTOR_COLUMNS.clone()),
+        ];
+        let heads = heads.into_iter().take(if waves.is_some() { 4 } else { 3 });
         Some(Self {
-            numbers: table(directory::STRUCTURE, COLUMNS.clone()),
-            pairs: table(directory::PAIR_DISTRIBUTION, pair_head(plan.plane.is_some())),
-            forces: table(directory::CONTACT_FORCES, FORCE_COLUMNS.clone()),
+            tables: heads.map(|(name, head)| Table::new(files.table(name), head)).collect(),
+            waves,
             axes: setup.templates.iter().map(axis_of).collect(),
             setup,
             plan,
@@ -124,7 +136,8 @@ impl<'a> StructureWriter<'a> {
 
     /// Sums over these particles, `others` being the centres near them.
     fn of_particles(&self, own: &[Particle], others: &[Vec3]) -> Sums {
-        let mut sums = Sums::new(self.on_forces() + FORCES, FIXED, 0);
+        let of_waves = self.waves.as_ref().map_or(0, Waves::sums);
+        let mut sums = Sums::new(self.on_forces() + FORCES, FIXED + of_waves, 0);
         let moving = own.iter().filter(|particle| self.moves(particle)).count();
         sums.add(ALL, &[own.len() as f64, moving as f64]);
         for particle in own {
@@ -141,20 +154,25 @@ impl<'a> StructureWriter<'a> {
                 }
             }
         }
-        self.add_pairs(own, others, &mut sums);
+        let centres: Vec<Vec3> = own.iter().map(Particle::position).collect();
+        if let Some(waves) = &self.waves {
+            waves.add(&centres, &mut sums, FIXED);
+        }
+        self.add_pairs(centres, others, &mut sums);
         sums
     }
 
-    /// Adds the pairs of the particles of this rank, `others` being the centres of other ranks near them.
-    fn add_pairs(&self, own: &[Particle], others: &[Vec3], sums: &mut Sums) {
+    /// Adds the pairs of the centres of this rank, `others` being those of other ranks near them.
+    fn add_pairs(&self, mut centres: Vec<Vec3>, others: &[Vec3], sums: &mut Sums) {
         let Structure { reach, bins, plane, .. } = self.plan;
         let (domain, width) = (self.setup.domain, reach / bins as f64);
-        let centres: Vec<Vec3> = own.iter().map(Particle::position).chain(others.iter().copied()).collect();
+        let own = centres.len();
+        centres.extend(others);
         let mut counts = vec![0.0; self.on_forces() - COUNTS];
-        let mut nearest = vec![f64::INFINITY; own.len()];
-        each_pair(&domain, &centres, own.len(), reach, |[i, j], way, distance| {
+        let mut nearest = vec![f64::INFINITY; own];
+        each_pair(&domain, &centres, own, reach, |[i, j], way, distance| {
             let mut mine = 0.0;
-            for least in [i, j].into_iter().filter(|k| *k < own.len()) {
+            for least in [i, j].into_iter().filter(|k| *k < own) {
                 nearest[least] = nearest[least].min(distance);
                 mine += 1.0;
             }
@@ -361,41 +379,48 @@ impl Writer for StructureWriter<'_> {
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
         self.last = output.step;
-        self.numbers.write(&[self.numbers(output)])?;
-        self.pairs.write(&self.pair_rows(output))?;
         let sums = &output.totals.sums;
-        let rows = (0..FORCES).map(|bin| {
+        let row = |key: f64, value: Option<f64>| {
+            vec![Some(output.step as f64), Some(output.time), Some(key), value]
+        };
+        let forces = (0..FORCES).map(|bin| {
             let force = (bin as f64 + 0.5) * FORCE_WIDTH;
             let count = sums[self.on_forces() + bin];
-            let density = (sums[CONTACTS] > 0.0).then(|| count / (sums[CONTACTS] * FORCE_WIDTH));
-            [Some(output.step as f64), Some(output.time), Some(force), density]
+            row(force, (sums[CONTACTS] > 0.0).then(|| count / (sums[CONTACTS] * FORCE_WIDTH)))
         });
-        self.forces.write(&rows.collect::<Vec<_>>())
+        let factors = self.waves.iter().flat_map(|waves| {
+            let factors = waves.factors(&output.totals.fixed[FIXED..], sums[ALL]);
+            factors.into_iter().map(|[k, factor]| row(k, (sums[ALL] > 0.0).then_some(factor)))
+        });
+        let rows = [vec![self.numbers(output)], self.pair_rows(output), forces.collect(), factors.collect()];
+        self.tables.iter_mut().zip(rows).try_for_each(|(table, rows)| table.write(&rows))
     }
 
     fn intact(&self) -> Result<()> {
-        [&self.numbers, &self.pairs, &self.forces].into_iter().try_for_each(Table::intact)
+        self.tables.iter().try_for_each(Table::intact)
     }
 
     fn state(&mut self) -> Result<WriterState> {
-        let rows = [self.numbers.mark()?, self.pairs.mark()?, self.forces.mark()?];
-        let bins = (self.plan.reach, self.plan.bins);
-        Ok(serde_json::json!(State { bins, plane: self.plan.plane, rows, last: self.last }))
+        let rows = self.tables.iter().map(Table::mark).collect::<Result<_>>()?;
+        let Structure { reach, bins, plane, shortest_wave, .. } = self.plan;
+        Ok(serde_json::json!(State { bins: (reach, bins), plane, shortest_wave, rows, last: self.last }))
     }
 
     fn fits(&self, state: &WriterState) -> Result<()> {
-        let State { bins, plane, rows, .. } = parsed(NAME, state)?;
-        let is_same = (bins, plane) == ((self.plan.reach, self.plan.bins), self.plan.plane);
-        let mut tables =
-            [&self.pairs, &self.numbers, &self.forces].into_iter().zip([&rows[1], &rows[0], &rows[2]]);
-        tables.try_for_each(|(table, rows)| table.fits(NAME, is_same, rows.as_ref()))
+        let State { bins, plane, shortest_wave, rows, .. } = parsed(NAME, state)?;
+        let plan = &self.plan;
+        let is_same =
+            (bins, plane, shortest_wave) == ((plan.reach, plan.bins), plan.plane, plan.shortest_wave);
+        self.tables.iter().zip(&rows).try_for_each(|(table, rows)| table.fits(NAME, is_same, rows.as_ref()))
     }
 
     fn resume(&mut self, state: &WriterState) -> Result<()> {
         let State { rows, last, .. } = parsed(NAME, state)?;
         self.last = last;
-        let tables = [&mut self.numbers, &mut self.pairs, &mut self.forces].into_iter().zip(&rows);
-        tables.into_iter().try_for_each(|(table, rows)| table.resume(rows.as_ref()))
+        self.tables
+            .iter_mut()
+            .zip(rows.iter().chain(std::iter::repeat(&None)))
+            .try_for_each(|(table, rows)| table.resume(rows.as_ref()))
     }
 
     fn finish(&mut self, summary: &mut Summary) -> Result<()> {
@@ -404,7 +429,8 @@ impl Writer for StructureWriter<'_> {
     }
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
-        let numbers = COLUMNS.len() + self.plan.bins * (4 + self.sectors()) + 4 * FORCES;
+        let shells = self.waves.as_ref().map_or(0, Waves::shells);
+        let numbers = COLUMNS.len() + self.plan.bins * (4 + self.sectors()) + 4 * (FORCES + shells);
         let rows = FileEstimate::of(self, end_step, "structure", NUMBER * numbers as f64, "");
         Some(rows.in_one_file())
     }
@@ -426,10 +452,10 @@ pub(in crate::simulation) fn average(
     let tables = [
         (PAIR_BINS, directory::PAIR_DISTRIBUTION, directory::PAIR_DISTRIBUTION_MEANS),
         (FORCE_BINS, directory::CONTACT_FORCES, directory::CONTACT_FORCE_MEANS),
+        (FACTOR_BINS, directory::STRUCTURE_FACTOR, directory::STRUCTURE_FACTOR_MEANS),
     ];
-    tables
-        .iter()
-        .try_for_each(|(bins, rows, means)| bins.write_means(&of.table(rows), &to.table(means), from))
+    let mut written = tables.iter().filter(|(_, rows, _)| of.table(rows).is_file());
+    written.try_for_each(|(bins, rows, means)| bins.write_means(&of.table(rows), &to.table(means), from))
 }
 
 #[cfg(test)]

@@ -5,11 +5,20 @@ use super::all_refused;
 #[test]
 fn profiles_structure_and_averages_that_cannot_be_are_refused_with_a_remedy() {
     let with = |key: &str| format!("volume_fraction = 0.1\nseed = 1\n[output]\n{key}\n");
-    let table: [(&str, &[&str]); 7] = [
+    let table: [(&str, &[&str]); 10] = [
         (
             "structure = { reach = 4e-3 }",
             &["`output.structure.reach` is 0.004", "at most 0.003000 m", "half of the shortest"],
         ),
+        (
+            "structure = { shortest_wave = 7e-3 }",
+            &["`output.structure.shortest_wave` is 0.007", "at most 0.006", "do not fit"],
+        ),
+        (
+            "structure = { shortest_wave = 1e-4 }",
+            &["`output.structure.shortest_wave` is 0.0001", "at least 1.6", "100000 wave vectors"],
+        ),
+        ("paths = [3, 4000]", &["no particle has the id 4000", "count from 0"]),
         ("structure = { bins = 0 }", &["`output.structure.bins` is 0", "at least 1"]),
         ("structure = { plane = \"yx\" }", &["`yx`", "xy"]),
         ("dynamics = { lags = 1 }", &["`output.dynamics.lags` is 1", "at least 2"]),

@@ -10,7 +10,7 @@ use turbid::output::numbers::significant;
 const LISTED: usize = 200;
 
 /// Contents of files by their names, or the ends of their names.
-const CONTENTS: [(&str, &str); 23] = [
+const CONTENTS: [(&str, &str); 25] = [
     ("summary.json", "result in numbers"),
     ("particle_series.csv", "paths of some particles over time"),
     ("profiles.csv", "profiles along the axes of the box"),
@@ -21,6 +21,8 @@ const CONTENTS: [(&str, &str); 23] = [
     ("pair_distribution_means.csv", "means of the pair distributions"),
     ("contact_forces.csv", "distributions of the contact forces over time"),
     ("contact_force_means.csv", "means of the distributions of the contact forces"),
+    ("structure_factor.csv", "structure factors over time"),
+    ("structure_factor_means.csv", "means of the structure factors"),
     ("dynamics.csv", "displacements and memory of velocities, block by block"),
     ("dynamics_means.csv", "means of these over the blocks"),
     ("series.csv", "time series of the whole system"),

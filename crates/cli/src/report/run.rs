@@ -83,6 +83,9 @@ fn statistics(section: &mut Section, files: &OutputFiles, summary: Option<&Summa
     if let Some(pairs) = table(directory::PAIR_DISTRIBUTION_MEANS)? {
         means::pairs(section, &pairs);
     }
+    if let Some(factors) = table(directory::STRUCTURE_FACTOR_MEANS)? {
+        means::factors(section, &factors);
+    }
     if let Some(forces) = table(directory::CONTACT_FORCE_MEANS)? {
         means::forces(section, &forces);
     }

@@ -15,7 +15,7 @@ use crate::math::{FIXED_MAGIC, to_fixed};
 use std::ops::{Mul, Range};
 
 /// Sums over cells, each weighted by the open part of its cell: 1, the velocity, its products (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`),
-/// the density deviation; fixed-point numbers of lattice units, as those of [`to_fixed`](crate::math::to_fixed).
+/// the density deviation; fixed-point numbers of lattice units, as those of [`to_fixed`].
 pub type FlowSums = [i64; FLOW_SUMS];
 /// Number of the [`FlowSums`].
 pub const FLOW_SUMS: usize = 11;

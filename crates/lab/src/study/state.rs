@@ -202,6 +202,7 @@ mod tests {
         ];
         let more = [
             "particles_every",
+            "paths",
             "picture_every",
             "pictures",
             "profiles",

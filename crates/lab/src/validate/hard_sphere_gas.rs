@@ -1,15 +1,15 @@
-//! Pair distribution and self-diffusion of elastic spheres: `validation/hard_sphere_gas`.
+//! Pair distribution, structure factor and self-diffusion of elastic spheres: `validation/hard_sphere_gas`.
 
 use super::context::{Written, written};
 use super::prelude::*;
 use std::f64::consts::PI;
-use turbid::output::directory::{DYNAMICS_MEANS, PAIR_DISTRIBUTION_MEANS};
+use turbid::output::directory::{DYNAMICS_MEANS, PAIR_DISTRIBUTION_MEANS, STRUCTURE_FACTOR_MEANS};
 
 const TEXT: &str = include_str!("../../../../validation/hard_sphere_gas/case.toml");
 
 pub(super) const CASE: Case = Case {
     name: "hard_sphere_gas",
-    question: "pair distribution and self-diffusion of a gas of elastic spheres",
+    question: "pair distribution, structure factor and self-diffusion of a gas of elastic spheres",
     source: STARLING,
     parts: &[Part::quick(8.0, pairs), Part::full(120.0, diffusion)],
 };
@@ -17,7 +17,7 @@ pub(super) const CASE: Case = Case {
 const STARLING: &str = "Carnahan and Starling (1969), doi:10.1063/1.1672048";
 const PERCUS: &str = "Percus and Yevick (1958), doi:10.1103/PhysRev.110.1, by the solution of Wertheim (1963), doi:10.1103/PhysRevLett.10.321";
 const ENSKOG: &str = "Enskog: Chapman and Cowling (1970), section 16.6, second approximation of the coefficient of Chapman and Enskog";
-/// Of the value at contact and of the coefficient of diffusion, as a part; of the distribution, in the mean.
+/// Of the value at contact and of the coefficient of diffusion, as a part; of the distribution and the structure factor, in the mean.
 const CONTACT: f64 = 0.03;
 const DIFFUSION: f64 = 0.05;
 const DEVIATION: f64 = 0.03;
@@ -32,10 +32,13 @@ fn at_contact(phi: f64) -> f64 {
 
 fn pairs(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let setup = context.setup(TEXT, CASE.name, &[])?;
-    let Written { tables, .. } = written(&setup, context.threads, &[PAIR_DISTRIBUTION_MEANS])?;
-    let column = |name: &str| tables[0].get(name).unwrap_or_default();
-    let (r, g) = (column("separation"), column("pair_distribution"));
-    let points: Vec<[f64; 2]> = r.iter().zip(g).map(|(r, g)| [r / setup.diameter, *g]).collect();
+    let Written { tables, .. } =
+        written(&setup, context.threads, &[PAIR_DISTRIBUTION_MEANS, STRUCTURE_FACTOR_MEANS])?;
+    let curve = |table: usize, names: [&str; 2], unit: f64| -> Vec<[f64; 2]> {
+        let [x, y] = names.map(|name| tables[table].get(name).unwrap_or_default());
+        x.iter().zip(y).map(|(x, y)| [x * unit, *y]).collect()
+    };
+    let points = curve(0, ["separation", "pair_distribution"], 1.0 / setup.diameter);
     let phi = setup.volume_fraction;
     let within = |[from, to]: [f64; 2]| points.iter().filter(move |at| at[0] > from && at[0] < to);
     let contact = parabola_at(1.0, &within(FITTED).copied().collect::<Vec<_>>());
@@ -47,12 +50,24 @@ fn pairs(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let mean = off.iter().sum::<f64>() / off.len() as f64;
     found.absolute(quantity, mean, 0.0, DEVIATION).source(PERCUS);
     // Nearer to contact the damped transform is rounded.
-    let curve = (106..=300).map(|n| 0.01 * f64::from(n)).map(|r| [r, theory(r)]);
+    let of_theory = (106..=300).map(|n| 0.01 * f64::from(n)).map(|r| [r, theory(r)]);
     found.plot(
         "pairs",
         format!("Pair distribution of elastic spheres, volume fraction {phi:.3}"),
         ["distance over diameter (-)", "pair distribution (-)"],
-        [reference("Percus and Yevick", curve.collect::<Vec<_>>()), measured("measured", points)],
+        [reference("Percus and Yevick", of_theory.collect::<Vec<_>>()), measured("measured", points)],
+    );
+    let points = curve(1, ["wave_number", "structure_factor"], setup.diameter);
+    let theory = structure_factor(phi);
+    let off: f64 = points.iter().map(|at| (at[1] - theory(at[0])).abs()).sum();
+    let quantity = "mean deviation of the structure factor, wavelengths from half a diameter to the box (-)";
+    found.absolute(quantity, off / points.len() as f64, 0.0, DEVIATION).source(PERCUS);
+    let of_theory = (1..=260).map(|n| 0.05 * f64::from(n)).map(|k| [k, theory(k)]);
+    found.plot(
+        "structure_factor",
+        format!("Structure factor of elastic spheres, volume fraction {phi:.3}"),
+        ["wave number times diameter (-)", "structure factor (-)"],
+        [reference("Percus and Yevick", of_theory.collect::<Vec<_>>()), measured("measured", points)],
     );
     Ok(())
 }
@@ -69,27 +84,31 @@ fn parabola_at(x: f64, points: &[[f64; 2]]) -> f64 {
     matrix.try_inverse().map_or(f64::NAN, |inverse| (inverse * right)[0])
 }
 
-/// The pair distribution of the equation of Percus and Yevick beyond contact, over the distance in diameters: from the direct correlation
-/// `-(a + 6 phi b r + phi a r^3 / 2)` inside by the equation of Ornstein and Zernike, the inverse transform damped at large wave numbers.
-fn percus_yevick(phi: f64) -> impl Fn(f64) -> f64 {
+/// The structure factor of the equation of Percus and Yevick over the wave number times the diameter: from the direct correlation
+/// `-(a + 6 phi b r + phi a r^3 / 2)` inside by the equation of Ornstein and Zernike.
+fn structure_factor(phi: f64) -> impl Fn(f64) -> f64 {
     let a = (1.0 + 2.0 * phi).powi(2) / (1.0 - phi).powi(4);
     let b = -(1.0 + 0.5 * phi).powi(2) / (1.0 - phi).powi(4);
     let density = 6.0 * phi / PI;
-    let (step, count, inner) = (0.05, 4000_u32, 200_u32);
-    let transform = |k: f64| -> f64 {
+    move |k| {
         // 4 pi / k int c r sin(k r) dr by the midpoint rule.
-        let cells = inner.max((4.0 * k) as u32);
+        let cells = 200_u32.max((4.0 * k) as u32);
         let width = 1.0 / f64::from(cells);
         let sum: f64 = (0..cells)
             .map(|n| (f64::from(n) + 0.5) * width)
             .map(|r| -(a + 6.0 * phi * b * r + 0.5 * phi * a * r.powi(3)) * r * (k * r).sin())
             .sum();
-        4.0 * PI / k * sum * width
-    };
-    let structure: Vec<[f64; 2]> = (1..=count)
-        .map(|n| f64::from(n) * step)
-        .map(|k| [k, 1.0 / (1.0 - density * transform(k)) - 1.0])
-        .collect();
+        1.0 / (1.0 - density * 4.0 * PI / k * sum * width)
+    }
+}
+
+/// The pair distribution of the same equation beyond contact, over the distance in diameters: the inverse transform, damped at large wave
+/// numbers.
+fn percus_yevick(phi: f64) -> impl Fn(f64) -> f64 {
+    let (of_waves, density) = (structure_factor(phi), 6.0 * phi / PI);
+    let (step, count) = (0.05, 4000_u32);
+    let structure: Vec<[f64; 2]> =
+        (1..=count).map(|n| f64::from(n) * step).map(|k| [k, of_waves(k) - 1.0]).collect();
     let damped = move |k: f64| (-(2.5 * k / (f64::from(count) * step)).powi(2)).exp();
     move |r| {
         let sum: f64 = structure.iter().map(|[k, s]| k * (k * r).sin() * s * damped(*k)).sum();

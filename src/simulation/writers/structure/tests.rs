@@ -12,7 +12,7 @@ dry.time_step = 1e-6
 run.end.steps = 1
 contact.youngs_modulus = 1e6
 driving.gravity = 0
-output = {{ directory = "out", structure = {{ reach = 4e-3, bins = 79, plane = "xz" }} }}
+output = {{ directory = "out", structure = {{ reach = 4e-3, bins = 79, plane = "xz", shortest_wave = 0.7e-3 }} }}
 [[particles]]
 shape.cuboid.edges = [0.9e-3, 0.9e-3, 0.5e-3]
 density = 2000
@@ -44,6 +44,36 @@ fn lattice() -> Setup {
         format!("{{ position = [{x}e-3, {y}e-3, {z}e-3], orientation = {{ axis = [1, 0, 0], angle = 90 }} }}")
     });
     setup(&places.collect::<Vec<_>>().join(", "), "")
+}
+
+#[test]
+fn the_structure_factor_of_a_lattice_is_its_number_of_bodies_at_reciprocal_lattice_vectors_and_zero_elsewhere()
+ {
+    let setup = lattice();
+    let (writer, totals) = totals(&setup);
+    let factors = writer.waves.as_ref().unwrap().factors(&totals.fixed[FIXED..], 1728.0);
+    // In twelfths of 1 / mm: vectors (12, 0, 0) and (12, 12, 0) and the like, three and six of the vectors of their shells.
+    let number = 2.0 * PI / 12e-3;
+    let mut peaks = Vec::new();
+    for (shell, [k, factor]) in (1..).zip(&factors) {
+        assert!((k / number - f64::from(shell)).abs() < 0.3, "{shell}: {k}");
+        if *factor > 1e-6 {
+            peaks.push((shell, *factor));
+        }
+    }
+    assert_eq!(peaks.iter().map(|(shell, _)| *shell).collect::<Vec<_>>(), [12, 17]);
+    for ((shell, factor), vectors) in peaks.into_iter().zip([3.0, 6.0]) {
+        let range = -shell..=shell;
+        let cube = range
+            .clone()
+            .flat_map(|z| range.clone().flat_map(move |y| (-shell..=shell).map(move |x| [x, y, z])));
+        let within = cube.filter(|n| {
+            let length = n.map(f64::from).map(|n| n * n).iter().sum::<f64>().sqrt();
+            length.round() as i32 == shell && length * 0.7 <= 12.0
+        });
+        let part = 1728.0 * vectors / (0.5 * within.count() as f64);
+        assert!((factor / part - 1.0).abs() < 1e-6, "{shell}: {factor} and {part}");
+    }
 }
 
 #[test]

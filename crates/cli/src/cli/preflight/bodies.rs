@@ -59,7 +59,7 @@ fn shape_rows(setup: &Setup, counts: &[usize]) -> Vec<Row> {
     rows
 }
 
-/// What the distribution of a section with several sizes has become.
+/// The distribution of a section with several sizes.
 fn size_row(setup: &Setup, counts: &[usize], section: usize) -> Option<Row> {
     let own = |(template, count): &(usize, usize)| setup.sections[*template] == section && *count > 0;
     let mut sizes: Vec<[f64; 2]> = (counts.iter().copied().enumerate())

@@ -30,6 +30,7 @@ const PROFILES: [Group; 6] = [
 const DISPLACEMENT: Group = ("mean squared displacement", "mean_squared_displacement", VECTOR);
 const MEMORY: Group = ("velocity autocorrelation", "velocity_autocorrelation", VECTOR);
 const PAIRS: Group = ("pair distribution", "pair_distribution", ALONE);
+const FACTOR: Group = ("structure factor", "structure_factor", ALONE);
 const NOTE: &str = "Means over time; bars: standard error.";
 
 /// A curve of each of `values` over an abscissa, in these rows, without those that are zero throughout.
@@ -126,6 +127,12 @@ pub(super) fn forces(section: &mut Section, means: &SeriesTable) {
     );
     chart.note = NOTE.to_string();
     section.figure("contact_forces", title, chart.figure(), "");
+}
+
+/// Adds the figure of the structure factor.
+pub(super) fn factors(section: &mut Section, means: &SeriesTable) {
+    let rows: Vec<usize> = (0..means.get("wave_number").map_or(0, <[f64]>::len)).collect();
+    groups(section, means, &rows, ("wave_number", "wave number (1/m)", false), &[FACTOR], ("", ""));
 }
 
 /// Adds the figures of the pair distribution: over the distance, and by direction where it is largest.
