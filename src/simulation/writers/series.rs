@@ -86,7 +86,7 @@ impl<'a> Series<'a> {
         Self {
             setup,
             files: files_of(setup),
-            last_path: last_path(setup),
+            last_path: setup.plan.output.paths.is_empty().then(|| last_path(setup)).flatten(),
             open: None,
             samples: Samples::default(),
             plates: Plates::of(setup),
@@ -163,10 +163,8 @@ impl Writer for Series<'_> {
     }
 
     fn selects(&self, particle: &Particle) -> bool {
-        match &self.setup.plan.output.paths[..] {
-            [] => self.last_path.is_some_and(|last| particle.id <= last),
-            paths => paths.binary_search(&particle.id).is_ok(),
-        }
+        self.last_path.is_some_and(|last| particle.id <= last)
+            || self.setup.plan.output.paths.binary_search(&particle.id).is_ok()
     }
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {

@@ -45,9 +45,8 @@ fn pairs(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let quantity = format!("pair distribution at contact, volume fraction {phi:.3} (-)");
     found.relative(quantity, contact, at_contact(phi), CONTACT);
     let theory = percus_yevick(phi);
-    let off: Vec<f64> = within(COMPARED).map(|at| (at[1] - theory(at[0])).abs()).collect();
+    let mean = mean_deviation(&within(COMPARED).copied().collect::<Vec<_>>(), &theory);
     let quantity = "mean deviation of the pair distribution from 1.1 to 2.5 diameters (-)";
-    let mean = off.iter().sum::<f64>() / off.len() as f64;
     found.absolute(quantity, mean, 0.0, DEVIATION).source(PERCUS);
     // Nearer to contact the damped transform is rounded.
     let of_theory = (106..=300).map(|n| 0.01 * f64::from(n)).map(|r| [r, theory(r)]);
@@ -59,9 +58,9 @@ fn pairs(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     );
     let points = curve(1, ["wave_number", "structure_factor"], setup.diameter);
     let theory = structure_factor(phi);
-    let off: f64 = points.iter().map(|at| (at[1] - theory(at[0])).abs()).sum();
+    let mean = mean_deviation(&points, &theory);
     let quantity = "mean deviation of the structure factor, wavelengths from half a diameter to the box (-)";
-    found.absolute(quantity, off / points.len() as f64, 0.0, DEVIATION).source(PERCUS);
+    found.absolute(quantity, mean, 0.0, DEVIATION).source(PERCUS);
     let of_theory = (1..=260).map(|n| 0.05 * f64::from(n)).map(|k| [k, theory(k)]);
     found.plot(
         "structure_factor",
@@ -70,6 +69,10 @@ fn pairs(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         [reference("Percus and Yevick", of_theory.collect::<Vec<_>>()), measured("measured", points)],
     );
     Ok(())
+}
+
+fn mean_deviation(points: &[[f64; 2]], theory: impl Fn(f64) -> f64) -> f64 {
+    points.iter().map(|at| (at[1] - theory(at[0])).abs()).sum::<f64>() / points.len() as f64
 }
 
 /// The value at `x` of the parabola by least squares through points.

@@ -46,11 +46,11 @@ impl Waves {
             if z == 0 && y < 0 {
                 continue;
             }
-            let within: Vec<i32> =
-                (from..=of_x).filter(|&x| number([x, y, z]) * shortest <= 1.0 + 1e-9).collect();
-            let (Some(&first), Some(&last)) = (within.first(), within.last()) else { continue };
-            waves.rows.push(([y, z], [first, last]));
-            for number in within.into_iter().map(|x| number([x, y, z])) {
+            let all = (from..=of_x).map(|x| (x, number([x, y, z])));
+            let within: Vec<(i32, f64)> = all.filter(|of| of.1 * shortest <= 1.0 + 1e-9).collect();
+            let (Some(first), Some(last)) = (within.first(), within.last()) else { continue };
+            waves.rows.push(([y, z], [first.0, last.0]));
+            for (_, number) in within {
                 let shell = (number * longest).round() as usize;
                 waves.means.resize(waves.means.len().max(shell + 1), (0.0, 0.0));
                 waves.means[shell].0 += TAU * number;
