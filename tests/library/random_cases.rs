@@ -94,7 +94,8 @@ fn words(of: &str) -> &'static [String] {
 /// A random case, in words; some are none, as their particles do not fit.
 fn draw(random: &mut ChaCha8Rng) -> String {
     let size: [f64; 3] = std::array::from_fn(|_| 1e-4 * f64::from(random.random_range(14..31_u8)));
-    let periodic: [bool; 3] = std::array::from_fn(|_| random.random_bool(0.7));
+    let (contained, dry) = (random.random_bool(0.15), random.random_bool(0.2));
+    let periodic: [bool; 3] = std::array::from_fn(|_| !contained && random.random_bool(0.7));
     let mut text = format!("[domain]\nsize = {size:?}\nperiodic = {periodic:?}\n");
     if !periodic[2] && random.random_bool(0.5) {
         let velocity = WALLS.choose(random).unwrap();
@@ -108,14 +109,18 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     let eddies = "\"recursive_regularised\"\nsmagorinsky = 0.15";
     let operators = ["\"bgk\"", "\"trt\"", "\"recursive_regularised\"", eddies];
     let collision = operators[..if coupling == "\"paper\"" { 2 } else { 4 }].choose(random).unwrap();
-    write!(
-        text,
-        "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\
-         [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = {collision}\n\
-         coupling = {coupling}\n"
-    )
-    .unwrap();
-    let lubricated = random.random_bool(0.25);
+    if dry {
+        text += "[dry]\nimpact_speed = 0.3\n";
+    } else {
+        write!(
+            text,
+            "[fluid]\ndensity = 1000.0\nviscosity = 2e-6\nprecision = \"{precision}\"\n\
+             [lattice]\ncells_per_diameter = 5\nrelaxation_time = {tau}\ncollision = {collision}\n\
+             coupling = {coupling}\n"
+        )
+        .unwrap();
+    }
+    let lubricated = !dry && random.random_bool(0.25);
     if random.random_bool(0.3) {
         // A rod that turns, anywhere between the cells, in the middle.
         let [y, z] = [1, 2].map(|a| 0.5 * size[a] + random.random_range(-5e-5..5e-5));
@@ -130,8 +135,8 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         )
         .unwrap();
     }
-    if random.random_bool(0.3) {
-        text += &mesh_wall(size, periodic == [false; 3], random);
+    if contained || random.random_bool(0.3) {
+        text += &mesh_wall(size, contained, random);
     }
     for section in 0..random.random_range(1..4_u8) {
         let known = if section == 0 { &LUBRICATED[..3] } else { &LUBRICATED };
@@ -170,10 +175,11 @@ fn draw(random: &mut ChaCha8Rng) -> String {
             text += "motion = { velocity = [0.01, -0.02, 0.03] }\n";
         }
     }
-    let drive = DRIVES.choose(random).unwrap();
+    let drive = if dry { "" } else { DRIVES.choose(random).unwrap() };
     let substeps = random.random_range(1..4_u8);
     let gravity: [f64; 3] = std::array::from_fn(|_| random.random_range(-8.0..8.0));
     let balance = ["mixture", "fluid_only"].choose(random).unwrap();
+    let balance = if dry { String::new() } else { format!("force_balance = \"{balance}\"\n") };
     let mut contact =
         if lubricated { "lubrication = { roughness = 1e-6 }\n".to_string() } else { String::new() };
     for (key, of) in [
@@ -202,15 +208,15 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     }
     write!(
         text,
-        "[contact]\nsubsteps = {substeps}\n{contact}[driving]\ngravity = {gravity:?}\nforce_balance = \"{balance}\"\n{drive}\
+        "[contact]\nsubsteps = {substeps}\n{contact}[driving]\ngravity = {gravity:?}\n{balance}{drive}\
          [run]\nend = {{ steps = {STEPS} }}\n"
     )
     .unwrap();
     text
 }
 
-/// A wall from a mesh in a box of this size: an octahedron, at rest or turning, a bent sheet, or, in a closed box, a container.
-fn mesh_wall(size: [f64; 3], closed: bool, random: &mut ChaCha8Rng) -> String {
+/// A wall from a mesh in a box of this size: an octahedron, at rest or turning, a bent sheet, or a container, which may turn.
+fn mesh_wall(size: [f64; 3], contained: bool, random: &mut ChaCha8Rng) -> String {
     static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
@@ -219,13 +225,14 @@ fn mesh_wall(size: [f64; 3], closed: bool, random: &mut ChaCha8Rng) -> String {
         std::fs::write(folder.path().join("sheet.obj"), sheet).unwrap();
         folder
     });
-    let kind = random.random_range(0..if closed { 4 } else { 3_u8 });
+    let kind = if contained { 3 } else { random.random_range(0..3_u8) };
     let (file, side) = if kind == 2 { ("sheet.obj", "both") } else { ("octahedron.obj", "outside") };
     // The container cuts the corners of the box off.
     let (side, unit) = if kind == 3 { ("inside", 1e-3) } else { (side, 1e-4) };
     let position = size.map(|length| length * if kind == 3 { 0.5 } else { random.random_range(0.3..0.7) });
     let (file, angle) = (folder.path().join(file), random.random_range(0.0..90.0));
-    let rate = if kind == 1 { random.random_range(-20.0..20.0) } else { 0.0 };
+    let turns = kind == 1 || contained && random.random_bool(0.5);
+    let rate = if turns { random.random_range(-20.0..20.0) } else { 0.0 };
     format!(
         "[[walls]]\nname = \"mesh\"\nangular_velocity = [0, {rate}, 0]\nmesh = {{ file = \"{}\", unit = {unit:e}, \
          position = {position:?}, orientation = {{ axis = [1, 2, 3], angle = {angle} }}, side = \"{side}\" }}\n",
@@ -298,7 +305,7 @@ fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
     let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
     let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
     for word in quoted
-        .chain(["\"sjkr\"", "\"outside\"", "\"both\""].map(str::to_owned))
+        .chain(["[dry]", "\"sjkr\"", "\"inside\"", "\"outside\"", "\"both\""].map(str::to_owned))
         .chain(SPHERICAL.map(str::to_owned))
         .chain(SHAPES.into_iter().chain(LARGE).map(str::to_owned))
     {
