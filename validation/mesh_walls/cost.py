@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Cost of walls from meshes: pairs of `turbid bench` in turn, and the median of their ratios.
 
-dry     a bed of 1e4 spheres in a round vessel: 1e4 facets over a pipe and a floor, time of a step
+dry     a bed of 1e4 spheres in a square vessel: 1e4 facets over five planes, time of a step
 fluid   flow through a pipe of 512 facets over flow in a periodic box as long, time of a step per open cell
 """
 import argparse
@@ -12,7 +12,7 @@ import statistics
 import subprocess
 import tempfile
 
-DIAMETER, RADIUS, HEIGHT = 1e-3, 12.5e-3, 60e-3
+DIAMETER, HALF, HEIGHT = 1e-3, 11.5e-3, 60e-3
 DRY = """[domain]
 size = [0.026, 0.026, 0.062]
 periodic = [false, false, false]
@@ -38,15 +38,18 @@ end = {{ steps = 1000000 }}
 """
 VESSEL = """[[walls]]
 name = "vessel"
-mesh = {{ file = "{file}", position = [0.013, 0.013, 0.001] }}
+mesh = { file = "vessel.stl", position = [0.013, 0.013, 0.001] }
 """
-ROUND = """[[walls]]
-name = "vessel"
-pipe = { point = [0.013, 0.013, 0], axis = [0, 0, 1], diameter = 0.025 }
-[[walls]]
-name = "floor"
-plane = { point = [0, 0, 0.001], normal = [0, 0, 1] }
-"""
+PLANES = "".join(
+    f'[[walls]]\nname = "{name}"\nplane = {{ point = {point}, normal = {normal} }}\n'
+    for name, point, normal in [
+        ("floor", [0, 0, 0.001], [0, 0, 1]),
+        ("left", [0.013 - HALF, 0, 0], [1, 0, 0]),
+        ("right", [0.013 + HALF, 0, 0], [-1, 0, 0]),
+        ("front", [0, 0.013 - HALF, 0], [0, 1, 0]),
+        ("back", [0, 0.013 + HALF, 0], [0, -1, 0]),
+    ]
+)
 FLUID = """[domain]
 size = [{length}, 0.0128, 0.0128]
 periodic = [true, true, true]
@@ -55,11 +58,15 @@ density = 1000
 viscosity = 1e-6
 precision = "{precision}"
 [lattice]
-cell_size = 1e-4
+cells_per_diameter = 8
 relaxation_time = 0.8
 {walls}
+[[particles]]
+shape = {{ sphere = {{ diameter = 8e-4 }} }}
+density = 1000
+list = [{{ position = [0, 0.0064, 0.0064] }}]
 [driving]
-body_acceleration = [1e-3, 0, 0]
+body_acceleration = [1e-6, 0, 0]
 [run]
 end = {{ steps = 1000000 }}
 """
@@ -71,30 +78,52 @@ mesh = { file = "pipe.stl", position = [0, 0.0064, 0.0064], orientation = { axis
 """
 
 
-def revolution(path, rings, strips):
-    """Writes rings of (radius, height) about z as text STL; those of radius 0 are tips."""
-    at = lambda ring, k: (ring[0] * math.cos(2 * math.pi * k / strips), ring[0] * math.sin(2 * math.pi * k / strips), ring[1])
+def stl(path, facets):
+    """Writes facets of three corners as text STL."""
     with open(path, "w", encoding="ascii") as file:
-        file.write("solid revolution\n")
-        for low, high in zip(rings, rings[1:]):
-            for k in range(strips):
-                a, b, c, d = at(low, k), at(low, k + 1), at(high, k + 1), at(high, k)
-                for corners in ([(a, b, c)] if low[0] > 0 else []) + ([(a, c, d)] if high[0] > 0 else []):
-                    text = "".join("vertex {:.9g} {:.9g} {:.9g}\n".format(*corner) for corner in corners)
-                    file.write(f"facet normal 0 0 0\nouter loop\n{text}endloop\nendfacet\n")
+        file.write("solid wall\n")
+        for corners in facets:
+            text = "".join("vertex {:.9g} {:.9g} {:.9g}\n".format(*corner) for corner in corners)
+            file.write(f"facet normal 0 0 0\nouter loop\n{text}endloop\nendfacet\n")
         file.write("endsolid\n")
+
+
+def revolution(rings, strips):
+    """Facets through rings of (radius, height) about z; those of radius 0 are tips."""
+    at = lambda ring, k: (ring[0] * math.cos(2 * math.pi * k / strips), ring[0] * math.sin(2 * math.pi * k / strips), ring[1])
+    for low, high in zip(rings, rings[1:]):
+        for k in range(strips):
+            a, b, c, d = at(low, k), at(low, k + 1), at(high, k + 1), at(high, k)
+            yield from ([(a, b, c)] if low[0] > 0 else []) + ([(a, c, d)] if high[0] > 0 else [])
+
+
+def rectangle(corner, one, other, parts):
+    """Facets of a rectangle, of this number of parts along its edges from a corner."""
+    at = lambda i, j: tuple(corner[n] + one[n] * i / parts[0] + other[n] * j / parts[1] for n in range(3))
+    for i in range(parts[0]):
+        for j in range(parts[1]):
+            a, b, c, d = at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)
+            yield from ((a, b, c), (a, c, d))
+
+
+def vessel(across, up):
+    """Facets of the floor and the sides of the vessel."""
+    x, y, z = (2 * HALF, 0, 0), (0, 2 * HALF, 0), (0, 0, HEIGHT)
+    low = (-HALF, -HALF, 0)
+    yield from rectangle(low, x, y, (across, across))
+    for corner, along in [(low, x), (low, y), ((-HALF, HALF, 0), x), ((HALF, -HALF, 0), y)]:
+        yield from rectangle(corner, along, z, (across, up))
 
 
 def spheres(path):
     """Writes a loose grid of 1e4 spheres in the vessel."""
     pitch, rows = 1.06 * DIAMETER, []
-    most, layer = int(RADIUS / pitch), 0
+    most, layer = int((HALF - 0.6 * DIAMETER) / pitch), 0
     while len(rows) < 10000:
         for i in range(-most, most + 1):
             for j in range(-most, most + 1):
-                if math.hypot(i, j) * pitch < RADIUS - 0.6 * DIAMETER:
-                    shift = [0.02 * DIAMETER * math.sin(len(rows) * n) for n in (1, 2, 3)]
-                    rows.append([0.013 + i * pitch + shift[0], 0.013 + j * pitch + shift[1], 0.001 + (layer + 0.6) * pitch + shift[2]])
+                shift = [0.02 * DIAMETER * math.sin(len(rows) * n) for n in (1, 2, 3)]
+                rows.append([0.013 + i * pitch + shift[0], 0.013 + j * pitch + shift[1], 0.001 + (layer + 0.6) * pitch + shift[2]])
         layer += 1
     with open(path, "w", encoding="ascii") as file:
         file.write("x,y,z\n")
@@ -122,19 +151,18 @@ def main():
         pairs = []
         if options.only != "fluid":
             spheres("spheres.csv")
-            heights = [HEIGHT * n / 20 for n in range(21)]
-            # 20 rings of 244 strips, and the floor: 10 004 facets.
-            revolution("vessel.stl", [(0, 0)] + [(RADIUS, height) for height in heights], 244)
-            write("dry_mesh.toml", DRY.format(walls=VESSEL.format(file="vessel.stl"), diameter=DIAMETER))
-            write("dry_round.toml", DRY.format(walls=ROUND, diameter=DIAMETER))
-            pairs.append(("dry, 1e4 facets", "dry_mesh.toml", "dry_round.toml", 100, options.settle, 1))
+            # 22 parts across and 52 up: 10 120 facets.
+            stl("vessel.stl", vessel(22, 52))
+            write("dry_mesh.toml", DRY.format(walls=VESSEL, diameter=DIAMETER))
+            write("dry_planes.toml", DRY.format(walls=PLANES, diameter=DIAMETER))
+            pairs.append(("dry, 1e4 facets", "dry_mesh.toml", "dry_planes.toml", 100, options.settle, 1))
         if options.only != "dry":
             ends = [-0.001, 0.0138]
-            revolution("pipe.stl", [(0, ends[0]), (0.0063, ends[0]), (0.0063, ends[1]), (0, ends[1])], 128)
+            stl("pipe.stl", revolution([(0, ends[0]), (0.0063, ends[0]), (0.0063, ends[1]), (0, ends[1])], 128))
             for precision in ("f32", "f64"):
                 for name, walls in (("mesh", PIPE), ("open", "")):
                     write(f"fluid_{precision}_{name}.toml", FLUID.format(walls=walls, precision=precision, length=0.0128))
-                pairs.append((f"fluid, {precision}", f"fluid_{precision}_mesh.toml", f"fluid_{precision}_open.toml", 20, 20, 2))
+                pairs.append((f"fluid, {precision}", f"fluid_{precision}_mesh.toml", f"fluid_{precision}_open.toml", 20, 150, 2))
         for name, mesh, base, steps, warm_up, threads in pairs:
             ratios, times = [], []
             for n in range(options.rounds):

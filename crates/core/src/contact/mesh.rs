@@ -52,7 +52,6 @@ struct Place {
 
 #[derive(Default)]
 struct Buffers {
-    facets: Vec<u32>,
     points: Vec<NearestPoint>,
     sides: Vec<f64>,
     places: Vec<Place>,
@@ -62,22 +61,24 @@ thread_local! {
     static BUFFERS: RefCell<Buffers> = RefCell::default();
 }
 
-/// Contacts of a body, whose centre is at `centre` (m), with a mesh, in ascending order of their facets.
+/// Contacts of a body, whose centre is at `centre` (m), with a mesh, in ascending order of their facets. `near` are all facets that come within
+/// the reach of the body, and any others, ascending.
 ///
 /// Returns true if it meets facets of a closed mesh that look away from its centre: if there is no contact, the centre may be in the wall.
 pub fn contacts(
     geometry: Geometry,
     body: &Body,
     (wall, centre): (&PlacedMesh, Vec3),
+    near: &[u32],
     found: &mut Vec<MeshContact>,
 ) -> bool {
     found.clear();
     let own = wall.to_own(&centre);
     BUFFERS.with_borrow_mut(|buffers| {
-        let Buffers { facets, points, sides, places } = buffers;
+        let Buffers { points, sides, places } = buffers;
         points.clear();
         places.clear();
-        wall.mesh.within(&own, body.grown.reach(), facets, points);
+        wall.mesh.within(&own, body.grown.reach(), near, points);
         if points.is_empty() {
             return false;
         }
@@ -153,8 +154,9 @@ fn accept(
 
 /// The deepest contact, seen from the centre of the body; none if they do not touch.
 pub(super) fn deepest(geometry: Geometry, body: &Body, wall: &PlacedMesh) -> Option<Overlap> {
+    let near = wall.mesh.facets_near(&wall.to_own(&Vec3::zeros()), body.grown.reach());
     let mut found = Vec::new();
-    contacts(geometry, body, (wall, Vec3::zeros()), &mut found);
+    contacts(geometry, body, (wall, Vec3::zeros()), &near, &mut found);
     found.into_iter().map(|contact| contact.overlap).max_by(|a, b| a.depth.total_cmp(&b.depth))
 }
 

@@ -123,7 +123,7 @@ pub struct History {
     remembered: usize,
     /// Those that have begun in this sub-step.
     begun: Records,
-    /// Index in `current` from which [`find`](Self::find) searches.
+    /// Index in `current` from which records are searched.
     cursor: usize,
     /// Order of `begun`, and rows of the next `current`: buffers.
     order: Vec<u32>,
@@ -164,16 +164,17 @@ impl History {
         }
     }
 
+    /// Moves the cursor to the first record whose key is not below this one. Fast for keys in ascending order.
+    fn seek(&mut self, key: &ContactKey) {
+        let is_past = self.cursor > 0 && self.current.key(self.cursor - 1) >= Some(*key);
+        self.cursor = self.current.first_from(if is_past { 0 } else { self.cursor }, key);
+    }
+
     /// Index of the record of a contact, if it existed. Fast for contacts in ascending order.
     #[inline]
     fn find(&mut self, key: &ContactKey) -> Option<usize> {
         if self.current.key(self.cursor) != Some(*key) {
-            let from = if self.cursor > 0 && self.current.key(self.cursor - 1) >= Some(*key) {
-                0
-            } else {
-                self.cursor
-            };
-            self.cursor = self.current.first_from(from, key);
+            self.seek(key);
             if self.current.key(self.cursor) != Some(*key) {
                 return None;
             }
@@ -190,14 +191,14 @@ impl History {
         found.is_some()
     }
 
-    /// Contacts of the sub-step before of the same two bodies and the same part of the first one, ascending.
-    pub fn alike(&self, key: &ContactKey) -> impl Iterator<Item = ContactKey> + '_ {
+    /// Contacts of the sub-step before of the same two bodies and the same part of the first one, ascending. Fast for contacts in ascending order.
+    pub fn alike(&mut self, key: &ContactKey) -> impl Iterator<Item = ContactKey> + '_ {
         let key = *key;
-        let from = self.current.first_from(0, &ContactKey { parts: [key.parts[0], 0], ..key });
+        self.seek(&ContactKey { parts: [key.parts[0], 0], ..key });
         let is_alike = move |other: &ContactKey| {
             (other.first, other.parts[0], other.second) == (key.first, key.parts[0], key.second)
         };
-        (from..).map_while(|index| self.current.key(index)).take_while(is_alike)
+        (self.cursor..).map_while(|index| self.current.key(index)).take_while(is_alike)
     }
 
     /// Memory of a contact, to be changed for the next sub-step; and whether the contact has just begun, with what `begin` made of

@@ -183,8 +183,8 @@ impl Native {
         let finder = PairFinder::in_window(near.decomposition().domain, lo - around, extent + 2.0 * around);
         let reach = 2.0 * bounds.iter().copied().fold(0.0, f64::max);
         let is_narrow = near.decomposition().domain.has_images(reach) != [false; 3];
-        let has_facets = params.walls.iter().any(|wall| wall.surface.mesh().is_some());
-        let several = has_facets || is_narrow || constants.iter().any(|template| template.parts.len() > 1);
+        let has_meshes = params.walls.iter().any(|wall| wall.surface.mesh().is_some());
+        let several = is_narrow || constants.iter().any(|template| template.parts.len() > 1);
         Ok(Self {
             widest,
             motions: Vec::new(),
@@ -192,7 +192,11 @@ impl Native {
             films: Films::default(),
             clearances: Clearances::default(),
             order: IdOrder::new(NeighbourList::new(finder)),
-            forces: ContactForces::new((near.peers.len(), several), params.memory(), params.facets()),
+            forces: ContactForces::new(
+                (near.peers.len(), several, has_meshes),
+                params.memory(),
+                params.facets(),
+            ),
             context: ContactContext {
                 laws: params.contact.as_ref().map_or_else(Vec::new, laws),
                 params,
@@ -484,7 +488,8 @@ impl DemEngine for Native {
         }
         self.widest = widest(Vec3::zeros(), &saved.particles, templates);
         local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
-        self.forces = ContactForces::new((near.peers.len(), self.forces.several), memory, facets);
+        let ContactForces { several, has_meshes, .. } = self.forces;
+        self.forces = ContactForces::new((near.peers.len(), several, has_meshes), memory, facets);
         self.forces.states = saved.states;
         self.resume(&saved.records, saved.substep, saved.begun);
         Ok(())

@@ -21,6 +21,8 @@ pub(super) struct ContactForces {
     pub(super) begun: u64,
     /// True if two bodies may have several contacts: by their parts, or by their images in a narrow box.
     pub(super) several: bool,
+    /// The same of a body and a mesh.
+    pub(super) has_meshes: bool,
     /// True if all forces come in the order in which they are added up, so that none waits in `local`.
     is_direct: bool,
     /// Contacts of this sub-step, first those of pairs, then those with walls.
@@ -118,12 +120,17 @@ pub(super) struct ContactInput<'a> {
 }
 
 impl ContactForces {
-    /// For a rank with this number of peers, where two bodies have `several` contacts or one, a law that remembers `memory` numbers of
-    /// a contact, and the sums of facets to continue.
-    pub(super) fn new((peers, several): (usize, bool), memory: usize, facets: Option<Facets>) -> Self {
+    /// For a rank with this number of peers, where two bodies have `several` contacts or one, walls that are meshes or not, a law that remembers
+    /// `memory` numbers of a contact, and the sums of facets to continue.
+    pub(super) fn new(
+        (peers, several, has_meshes): (usize, bool, bool),
+        memory: usize,
+        facets: Option<Facets>,
+    ) -> Self {
         let history = History::new(Records::new(memory));
         let is_direct = peers == 0 && !several;
-        Self { messages: vec![Vec::new(); peers], history, several, is_direct, facets, ..Self::default() }
+        let messages = vec![Vec::new(); peers];
+        Self { history, several, has_meshes, is_direct, facets, messages, ..Self::default() }
     }
 
     /// Begins a sub-step with this number of owned particles.
@@ -253,11 +260,11 @@ impl ContactForces {
                 }
             }
             // Without messages they are in order already: pairs are, and lower partners come first.
-            if self.local.len() > before && !self.several {
+            if self.local.len() > before && !self.several && !self.has_meshes {
                 self.local.sort_unstable_by_key(|(index, force)| (*index, force.partner));
             }
         }
-        if self.several {
+        if self.several || self.has_meshes {
             // All contacts of two bodies come from one rank, in the order of their parts and images, which a stable sort keeps.
             self.local.sort_by_key(|(index, force)| (*index, force.partner));
         }

@@ -104,14 +104,15 @@ impl ContactContext {
                     let (own, of) = (placed.to_own(&centre), (particle.id, index.part));
                     let reach = of_part.shape.reach();
                     let place = (number, of);
-                    if clearances.is_clear((wall_number, &placed.mesh), place, &own, reach) {
+                    let near = clearances.facets((wall_number, &placed.mesh), place, &own, reach);
+                    if near.is_empty() {
                         continue;
                     }
                     let at_mesh = self.at_mesh(
                         model,
                         (index, centre),
                         (standing, placed),
-                        &mut found,
+                        (near, &mut found),
                         (forces, velocities),
                     );
                     outcome = outcome.and(at_mesh);
@@ -168,12 +169,12 @@ impl ContactContext {
         model: &ContactModel,
         (index, centre): (PartIndex, Vec3),
         (standing, placed): (&Standing, &PlacedMesh),
-        found: &mut Vec<MeshContact>,
+        (near, found): (&[u32], &mut Vec<MeshContact>),
         (forces, velocities): (&mut ContactForces, &mut KnownVelocities),
     ) -> Result<()> {
         let (particle, of_part) = self.part(index);
         let body = of_part.body(particle);
-        let behind = mesh::contacts(model.geometry, &body, (placed, centre), found);
+        let behind = mesh::contacts(model.geometry, &body, (placed, centre), near, found);
         let own = placed.to_own(&centre);
         if behind && found.is_empty() && placed.mesh.is_wall(&own) {
             let (distance, radius) = (placed.mesh.distance(&own), of_part.circumradius);

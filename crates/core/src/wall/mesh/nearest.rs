@@ -198,10 +198,15 @@ impl WallMesh {
         }
     }
 
-    /// Appends the points nearest to a point (m) on the facets that come within a distance of it (m), by ascending facet.
-    pub fn within(&self, at: &Vec3, distance: f64, facets: &mut Vec<u32>, found: &mut Vec<NearestPoint>) {
-        facets.clear();
-        self.facets_in(&[at.add_scalar(-distance), at.add_scalar(distance)], facets);
+    /// Facets whose leaves have boxes within a distance (m) of a point (m), ascending.
+    pub fn facets_near(&self, at: &Vec3, distance: f64) -> Vec<u32> {
+        let mut found = Vec::new();
+        self.facets_in(&[at.add_scalar(-distance), at.add_scalar(distance)], &mut found);
+        found
+    }
+
+    /// Appends the points nearest to a point (m) on those of these facets, which ascend, that come within a distance of it (m).
+    pub fn within(&self, at: &Vec3, distance: f64, facets: &[u32], found: &mut Vec<NearestPoint>) {
         let nearest = facets.iter().map(|&facet| self.nearest_on(facet, at));
         found.extend(nearest.filter(|nearest| nearest.square < distance * distance));
     }
