@@ -6,6 +6,7 @@
 
 mod stl;
 mod surface;
+mod survey;
 mod wall;
 
 use crate::math::{Vec3, bounding_box};
@@ -18,6 +19,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 use std::path::Path;
 use surface::Surface;
+pub use survey::{BodySurvey, MeshUse, Survey, survey};
 pub use wall::wall;
 
 /// Most facets of a file, before those in one plane are joined and the convex hull is taken.

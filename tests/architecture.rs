@@ -18,7 +18,7 @@ const MAY_USE: &[(&str, &str)] = &[
     ("main", "cli"),
     (
         "cli",
-        "report validate study crosscheck bench checks simulation case output checkpoint packing engine fluid contact shape comm device document input memory error",
+        "report validate study crosscheck bench checks simulation case mesh output checkpoint packing engine fluid contact shape comm device document input memory error",
     ),
     ("report", "study checks simulation output plot input error"),
     (

@@ -77,7 +77,7 @@ fn inside_out(mesh: &WallMesh) -> String {
     )
 }
 
-fn place(flaw: &Flaw) -> String {
+pub(super) fn place(flaw: &Flaw) -> String {
     let [a, b] = flaw.edge;
     format!("({}, {}, {}) m to ({}, {}, {}) m", a.x, a.y, a.z, b.x, b.y, b.z)
 }

@@ -2,6 +2,8 @@
 //! drawn by the crate `turbid-plot`, all but the [`Plane`] only with the cargo feature `pictures`.
 
 #[cfg(feature = "pictures")]
+mod facets;
+#[cfg(feature = "pictures")]
 mod outline;
 mod plane;
 #[cfg(feature = "pictures")]
@@ -16,6 +18,7 @@ mod view;
 pub use plane::Plane;
 #[cfg(feature = "pictures")]
 pub use {
+    facets::write_facets,
     settling::{SettlingPlot, settling_chart, write_settling},
     slice::{Slice, write_slice},
     snapshot::{Scale, Snapshot},

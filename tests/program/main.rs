@@ -16,6 +16,7 @@ mod golden;
 #[cfg(feature = "liggghts")]
 mod liggghts;
 mod limits;
+mod mesh;
 #[cfg(feature = "mpi")]
 mod mpi;
 mod pack;

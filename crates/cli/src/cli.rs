@@ -10,6 +10,7 @@ mod film;
 mod live;
 mod machine;
 mod manual;
+mod mesh;
 mod pack;
 mod preflight;
 mod progress;
@@ -52,6 +53,8 @@ enum Command {
     Bench(BenchArguments),
     /// Write the particles of a case at the start, or of a run at the end, to a file that `file = "..."` reads back.
     Pack(PackArguments),
+    /// Show what a mesh is and what it can be in a case: closed, convex, volume, inertia, parts; with a picture.
+    Mesh(mesh::MeshArguments),
     /// Run the native engine and LIGGGHTS from the same state and compare them: a suite, or a case of spheres.
     Crosscheck(crosscheck::CrosscheckArguments),
     /// Run a parameter study, skipping finished runs, and collect the results.
@@ -281,6 +284,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Check(arguments) => check::check(&arguments).map(|()| true),
         Command::Bench(arguments) => bench::bench(&arguments).map(|()| true),
         Command::Pack(arguments) => pack::pack(&arguments).map(|()| true),
+        Command::Mesh(arguments) => mesh::mesh(&arguments).map(|()| true),
         Command::Crosscheck(arguments) => crosscheck::crosscheck(&arguments),
         Command::Study(arguments) => study::study(&arguments),
         Command::Validate(arguments) => validate::validate(&arguments),

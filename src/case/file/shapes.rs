@@ -4,6 +4,8 @@ use super::particles::OrientationSection;
 use crate::document::positive;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use std::str::FromStr;
 
 /// Geometry of a particle. With `equivalent_diameter` the lengths of a shape are proportions only: the shape is scaled
 /// to the volume of a sphere of that diameter.
@@ -177,7 +179,7 @@ pub enum LengthUnit {
 
 impl LengthUnit {
     /// In metres.
-    pub(in crate::case) fn metres(self) -> f64 {
+    pub fn metres(self) -> f64 {
         match self {
             Self::Named(NamedUnit::M) => 1.0,
             Self::Named(NamedUnit::Cm) => 1e-2,
@@ -186,6 +188,20 @@ impl LengthUnit {
             Self::Named(NamedUnit::In) => 0.0254,
             Self::Metres(metres) => metres,
         }
+    }
+}
+
+/// As on the command line: a name, or a number of metres.
+impl FromStr for LengthUnit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let name =
+            NamedUnit::deserialize(IntoDeserializer::<serde::de::value::Error>::into_deserializer(text));
+        let number = || text.parse().ok().filter(|metres: &f64| metres.is_finite() && *metres > 0.0);
+        name.ok().map(Self::Named).or_else(|| number().map(Self::Metres)).ok_or_else(|| {
+            "must be \"m\", \"cm\", \"mm\", \"um\", \"in\", or a number of metres above 0".to_owned()
+        })
     }
 }
 

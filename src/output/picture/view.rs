@@ -46,7 +46,7 @@ pub struct Chains<'a> {
 }
 
 /// Default direction to the eye: to the right, upwards, and to the front.
-const FROM: [f64; 3] = [0.6, 0.5, 1.0];
+pub(super) const FROM: [f64; 3] = [0.6, 0.5, 1.0];
 /// Colour of walls.
 const WALLS: [u8; 3] = [226, 228, 231];
 /// Refinements of the meshes of curved bodies, by the largest radius on the page (pixels).
@@ -114,7 +114,7 @@ fn view(snapshot: &Snapshot, scene: &Scene) -> View {
     view
 }
 
-fn single(v: Vec3) -> [f32; 3] {
+pub(super) fn single(v: Vec3) -> [f32; 3] {
     v.map(|x| x as f32).into()
 }
 
@@ -148,7 +148,7 @@ fn add_bodies(view: &mut View, snapshot: &Snapshot, scene: &Scene, from: Vec3) {
 }
 
 /// The longest of 1, 2 or 5 times a power of ten metres up to `longest` (m), and its name.
-fn scale_bar(longest: f64) -> (f32, String) {
+pub(super) fn scale_bar(longest: f64) -> (f32, String) {
     let power = libm::pow(10.0, longest.log10().floor());
     let length = [5.0, 2.0, 1.0].map(|digit| digit * power).into_iter().find(|length| *length <= longest);
     let length = length.unwrap_or(power);
@@ -234,7 +234,7 @@ fn add_wall(view: &mut View, surface: &Surface, [lo, hi]: [Vec3; 2]) {
 }
 
 /// An item whose mesh lies where it says.
-fn whole(paint: Paint) -> Item {
+pub(super) fn whole(paint: Paint) -> Item {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     Item { mesh: 0, shade: None, axes, at: [0.0; 3], paint }
 }

@@ -1,6 +1,6 @@
 //! Convex polyhedra: vertices, flat faces with any number of corners, and the planes they lie in.
 
-pub(super) mod mass;
+pub mod mass;
 mod nearest;
 mod width;
 

@@ -8,6 +8,7 @@
 
 mod crossing;
 mod nearest;
+mod through;
 mod topology;
 mod tree;
 
@@ -15,6 +16,7 @@ use crate::math::{Vec3, bounding_box, triangle_area};
 pub use nearest::{Feature, NearestPoint};
 use std::fmt::{Display, Formatter};
 use std::sync::OnceLock;
+pub use through::SelfCrossing;
 pub use topology::Flaw;
 use topology::{Edges, Oriented};
 use tree::Tree;
@@ -219,6 +221,11 @@ impl WallMesh {
     /// Least width of the enclosed region of a closed mesh (m), along the normals of at most 2000 facets from their middles; none of a sheet.
     pub fn thinnest(&self) -> Option<f64> {
         self.is_closed().then(|| self.survey().width)
+    }
+
+    /// True if facets of a closed mesh, of at most 2000 that are looked at, lie in what others enclose: such volume counts twice.
+    pub fn overlaps(&self) -> bool {
+        self.is_closed() && self.survey().overlaps
     }
 
     /// A facet of a closed mesh, of at most 2000 that are looked at, whose normal does not point into the free space: the surface runs

@@ -13,7 +13,7 @@ const ALREADY_DIAGONAL: f64 = 1e-12;
 
 /// Integrals over a body.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mass {
+pub struct Mass {
     /// Volume (m^3).
     pub volume: f64,
     /// Centre of mass (m).
@@ -23,7 +23,7 @@ pub(super) struct Mass {
 }
 
 /// Integrals over the body that triangles, counter-clockwise from outside, enclose.
-pub(super) fn mass(triangles: impl Iterator<Item = [Vec3; 3]>, reference: Vec3) -> Mass {
+pub fn mass(triangles: impl Iterator<Item = [Vec3; 3]>, reference: Vec3) -> Mass {
     let (mut volume, mut first, mut second) = (0.0, Vec3::zeros(), Mat3::zeros());
     for corners in triangles {
         let [a, b, c] = corners.map(|corner| corner - reference);
@@ -39,7 +39,7 @@ pub(super) fn mass(triangles: impl Iterator<Item = [Vec3; 3]>, reference: Vec3) 
 }
 
 /// Moments of inertia per unit of mass along the axes (m^2), and products of inertia, from [`Mass::spread`].
-pub(super) fn inertia(spread: &Mat3) -> Mat3 {
+pub fn inertia(spread: &Mat3) -> Mat3 {
     Mat3::identity() * spread.trace() - spread
 }
 
@@ -48,7 +48,7 @@ pub(super) fn inertia(spread: &Mat3) -> Mat3 {
 ///
 /// Own, as it needs only operations that are rounded alike everywhere: the general solver in nalgebra reaches for
 /// kernels that depend on the processor.
-pub(in crate::shape) fn principal_axes(tensor: &Mat3) -> Quat {
+pub fn principal_axes(tensor: &Mat3) -> Quat {
     let mut tensor = *tensor;
     let mut axes = Mat3::identity();
     let largest = tensor.diagonal().amax();

@@ -19,7 +19,7 @@ pub struct Crossing {
     pub facet: u32,
 }
 
-fn exact(at: &Vec3) -> Coord3D<f64> {
+pub(super) fn exact(at: &Vec3) -> Coord3D<f64> {
     Coord3D { x: at.x, y: at.y, z: at.z }
 }
 
