@@ -65,6 +65,8 @@ pub use session::Session;
 use std::rc::Rc;
 use std::sync::Arc;
 pub use work::{Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
+#[cfg(feature = "pictures")]
+pub use writers::write_start;
 pub use writers::{
     FileEstimate, Need, RankOutput, RankState, RootOutput, Writer, WriterState, file_estimates,
     seconds_of_files, slice_planes,

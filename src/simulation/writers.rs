@@ -24,6 +24,9 @@ mod table;
 mod vtk;
 mod wear;
 
+#[cfg(feature = "pictures")]
+pub use pictures::write_start;
+
 use super::Simulation;
 use super::observe::{Sums, Totals, each_row};
 use super::work::cores;

@@ -155,6 +155,22 @@ fn kinds_and_diameters_that_the_case_does_not_have_are_refused_with_line_column_
 }
 
 #[test]
+fn the_picture_of_a_packing_is_the_view_of_its_run_at_the_start() {
+    let place = Place::empty();
+    let shown = "pictures = [{ name = \"all\", view = { size = [600, 450], colour = \"kind\" } }]";
+    let every = "picture_every = { steps = 400 }";
+    let text = case(DRY, "count = 24", "count = 12\nseed = 2");
+    let text = text.replace("picture_every = \"never\"", &format!("{every}\n{shown}"));
+    place.write("dry.toml", text.replace("steps = 400", "steps = 1"));
+    place.well(&["pack", "dry.toml", "--out", "packed.csv", "--picture", "packed.png"]);
+    place.well(&["run", "dry.toml", "--quiet"]);
+    let picture = |name: &str| std::fs::read(place.path(name)).unwrap();
+    assert!(picture("packed.png") == picture("out/dry/pictures/all_0000000000.png"));
+    place.refused(&["pack", "dry.toml", "--out", "p.csv", "--picture", "p.jpg"], &["ends in .png"]);
+    place.refused(&["pack", "dry.toml", "--out", "p.csv", "--picture", "dry.toml"], &[".png"]);
+}
+
+#[test]
 fn the_points_of_a_run_are_a_positions_file() {
     let place = reader("");
     place.write("dry.toml", case(DRY, "count = 24", "count = 12\nseed = 2"));

@@ -233,6 +233,9 @@ struct PackArguments {
     /// File to write.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
+    /// Also write a picture of the particles of the case (.png).
+    #[arg(long, value_name = "FILE", conflicts_with = "from")]
+    picture: Option<PathBuf>,
 }
 
 /// Exit code of a complete cross-check, validation or study with failed checks.
@@ -339,6 +342,14 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     };
     terminal::error(&error);
     Some(ExitCode::from(2))
+}
+
+/// Refuses a name of a picture that does not end in .png.
+fn is_picture(path: &Path) -> Result<()> {
+    if path.extension().is_some_and(|extension| extension == "png") {
+        return Ok(());
+    }
+    Err(Error::Input(format!("{}: the name of a picture ends in .png", path.display())))
 }
 
 /// Reads a case with its changes and prints its warnings and notes.

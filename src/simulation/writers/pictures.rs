@@ -13,6 +13,7 @@ use crate::output::picture::{
 use crate::particle::Particle;
 use crate::simulation::observe::PICTURES as PICTURES_STAGE;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 /// Bytes of a picture.
 const BYTES: f64 = 3e5;
@@ -25,8 +26,45 @@ const BODY: f64 = 0.4e-3;
 /// Colours of particles that have none, and of those that are seen through.
 const PLAIN: [u8; 3] = [226, 216, 200];
 const PALE: [u8; 3] = [240, 238, 234];
+/// Width and height of a view of the start, if the case has none (pixels).
+const SIZE: [u32; 2] = [1200, 900];
 /// Values of the flow and of motion that a picture shows are rounding below this (SI units). Without a contact, its force is zero.
 const LEAST: f64 = 1e-12;
+
+/// The particles and walls of a case at a time (s).
+fn snapshot<'a>(setup: &'a Setup, time: f64, particles: &'a [Particle]) -> Snapshot<'a> {
+    Snapshot {
+        case: &setup.provenance.name,
+        time,
+        stokes_time: setup.stokes_time(),
+        domain: setup.domain,
+        diameter: setup.diameter,
+        gravity: setup.gravity,
+        templates: &setup.templates,
+        particles,
+        walls: &setup.walls,
+    }
+}
+
+/// Writes a view of the particles of a case at the start, as PNG, from where its first view is seen; in the colours of their kinds, if there are
+/// several.
+pub fn write_start(path: &Path, setup: &Setup) -> Result<()> {
+    let view = setup.plan.output.pictures.iter().find_map(|plan| plan.view.as_ref());
+    let kinds: Vec<usize> = setup.particles.iter().map(|p| setup.sections[p.template as usize]).collect();
+    let several = kinds.iter().any(|kind| *kind != kinds[0]);
+    let colour = |kind: &usize| if several { KINDS[kind % KINDS.len()] } else { PLAIN };
+    let scene = Scene {
+        from: view.and_then(|view| view.from),
+        zoom: view.map_or(1.0, |view| view.zoom),
+        size: view.map_or(SIZE, |view| view.size),
+        bodies: kinds.iter().map(colour).collect(),
+        scale: None,
+        slice: None,
+        chains: None,
+        threads: threads_and_cores(setup)[0],
+    };
+    write_view(path, &snapshot(setup, 0.0, &setup.particles), &scene)
+}
 
 pub(super) struct Pictures<'a> {
     setup: &'a Setup,
@@ -143,17 +181,7 @@ impl Writer for Pictures<'_> {
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
         let setup = self.setup;
-        let snapshot = Snapshot {
-            case: &setup.provenance.name,
-            time: output.time,
-            stokes_time: setup.stokes_time(),
-            domain: setup.domain,
-            diameter: setup.diameter,
-            gravity: setup.gravity,
-            templates: &setup.templates,
-            particles: &output.selected,
-            walls: &setup.walls,
-        };
+        let snapshot = snapshot(setup, output.time, &output.selected);
         for plan in self.plans() {
             let path = PICTURES.named_file(&setup.plan.output.directory, &plan.name, output.step);
             let slice = plan.slice.as_ref().and_then(|slice| self.slice(slice, output));

@@ -1,5 +1,6 @@
 //! `turbid mesh`.
 
+use super::is_picture;
 use super::terminal::{Row, remark, row, say, table, waiting};
 use clap::Args;
 use std::path::PathBuf;
@@ -51,10 +52,7 @@ pub(super) fn mesh(arguments: &MeshArguments) -> Result<()> {
         waiting("looking at the mesh", look).map_err(|error| Error::Input(error.to_string()))?;
     if let Some(picture) = &arguments.picture {
         refuse_input(picture, std::slice::from_ref(path))?;
-        if picture.extension().is_none_or(|extension| extension != "png") {
-            let shown = picture.display();
-            return Err(Error::Input(format!("{shown}: the name of a picture ends in .png")));
-        }
+        is_picture(picture)?;
         let title = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let caption = format!("{} facets", found.facets);
         write_facets(picture, &title, &caption, &shown)?;

@@ -1,19 +1,26 @@
 //! `turbid pack`.
 
 use super::terminal::{remark, say};
-use super::{PackArguments, load};
+use super::{PackArguments, is_picture, load};
 use std::path::Path;
 use turbid::error::{Error, Result};
 use turbid::output::directory::{self, refuse_input};
 use turbid::output::{OutputFiles, Summary, write_bytes};
 use turbid::packing::positions::{self, Row};
-use turbid::simulation::particles_in;
+use turbid::simulation::{particles_in, write_start};
 
 pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
+    if let Some(picture) = &arguments.picture {
+        is_picture(picture)?;
+    }
     let (rows, what, notes) = match (&arguments.case, &arguments.from) {
         (Some(case), _) => {
             let setup = load(case, &arguments.changes)?;
             refuse_input(&arguments.out, &setup.provenance.inputs)?;
+            if let Some(picture) = &arguments.picture {
+                refuse_input(picture, &setup.provenance.inputs)?;
+                write_start(picture, &setup)?;
+            }
             let rows = setup.particles.iter().map(|particle| {
                 let template = particle.template as usize;
                 Row {
