@@ -357,6 +357,8 @@ def test_an_engine_is_not_called_again_for_a_step_that_has_failed(case):
 def test_ctrl_c_ends_stepping_and_the_simulation_can_go_on(case, work):
     simulation = Simulation(case)
     simulation.step()
+    # A shell has those that it starts in the background ignore it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
     begin = time.monotonic()
     with pytest.raises(KeyboardInterrupt):
