@@ -1,7 +1,7 @@
 //! A mesh in a file: what it is, and what it can be in a case.
 
 use super::surface::Surface;
-use super::{Contents, facets, parse, parts, scaled, tolerance, wall};
+use super::{Contents, body, facets, parts, scaled, tolerance, wall};
 use crate::math::{Mat3, Vec3, bounding_box};
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::mass;
@@ -113,8 +113,8 @@ pub fn survey(
     };
     let crossing = mesh.self_crossing();
     let (low, high) = bounding_box(own.iter().flatten().copied());
-    let convex = parse(path, bytes, scale, false);
-    let body = mesh.is_closed().then(|| {
+    let convex = body(&facets, rounding, scale, false);
+    let found = mesh.is_closed().then(|| {
         let mass = mass_of(&mesh);
         let hull = Polyhedron::hull(&surface.corners(&own), precision).ok().map(|(hull, _)| hull);
         BodySurvey {
@@ -130,7 +130,17 @@ pub fn survey(
     let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let line = Line { file, unit: unit.map_or_else(String::new, |unit| format!(", unit = {unit}")) };
     let is_one = groups.len() == 1 && surface.parts().len() == 1;
-    let uses = uses(path, bytes, (scale, &line), (&convex, is_one));
+    let is_convex = convex.is_ok();
+    let mut uses = vec![one_use("particle", line.shape(""), convex.map(|_| ()))];
+    if !is_convex {
+        if !is_one {
+            uses.push(one_use("parts", line.shape(", parts = true"), as_parts(path, bytes, scale)));
+        }
+        let hull = body(&facets, rounding, scale, true).map(|_| ());
+        uses.push(one_use("hull", line.shape(", hull = true"), hull));
+    }
+    let as_wall = wall::of(&own, precision * extent, None).map(|_| ());
+    uses.push(one_use("wall", line.text(""), as_wall));
     let orientation = mesh.is_closed().then(|| match surface.volume() {
         None => "mixed",
         Some(volume) if volume < 0.0 => "inward",
@@ -149,7 +159,7 @@ pub fn survey(
         orientation,
         self_crossings: crossing.map_or(0, |crossing| crossing.count),
         first_crossing: crossing.map(|crossing| crossing.at.into()),
-        body,
+        body: found,
         is_large: (high - low).max() >= LARGE,
         uses,
     };
@@ -202,40 +212,26 @@ impl Line {
     }
 }
 
-/// Of a mesh that is a convex body or not; `is_one` is true if it has one group of facets that hang together.
-fn uses(
-    path: &Path,
-    bytes: &[u8],
-    (scale, line): (f64, &Line),
-    (convex, is_one): (&Result<super::Mesh, ShapeError>, bool),
-) -> Vec<MeshUse> {
-    let of = |kind, text: String, result: Result<(), String>| match result {
-        Ok(()) => MeshUse { kind, line: Some(text), problem: None },
+fn one_use(kind: &'static str, line: String, result: Result<(), String>) -> MeshUse {
+    match result {
+        Ok(()) => MeshUse { kind, line: Some(line), problem: None },
         Err(problem) => MeshUse { kind, line: None, problem: Some(problem) },
-    };
-    let problem = |e: &ShapeError| match e {
-        ShapeError::Mesh { problem, .. } => problem.clone(),
-        other => other.to_string(),
-    };
-    let mut all = vec![of("particle", line.shape(""), convex.as_ref().map(|_| ()).map_err(problem))];
-    if convex.is_err() {
-        if !is_one {
-            let as_parts = parts(path, bytes, scale, false).and_then(|meshes| {
-                let part = |mesh: super::Mesh| Part {
-                    shape: Arc::new(mesh.body),
-                    position: mesh.placement.centre,
-                    orientation: mesh.placement.rotation,
-                };
-                Composite::new(meshes.into_iter().map(part).collect()).map(|_| ())
-            });
-            all.push(of("parts", line.shape(", parts = true"), as_parts.map_err(|e| problem(&e))));
-        }
-        let hull = parse(path, bytes, scale, true);
-        all.push(of("hull", line.shape(", hull = true"), hull.map(|_| ()).map_err(|e| problem(&e))));
     }
-    let as_wall = wall::wall(path, bytes, scale, None);
-    all.push(of("wall", line.text(""), as_wall.map(|_| ()).map_err(|e| problem(&e))));
-    all
+}
+
+/// Refuses parts of a file that are no body together.
+fn as_parts(path: &Path, bytes: &[u8], scale: f64) -> Result<(), String> {
+    let part = |mesh: super::Mesh| Part {
+        shape: Arc::new(mesh.body),
+        position: mesh.placement.centre,
+        orientation: mesh.placement.rotation,
+    };
+    let composed = parts(path, bytes, scale, false)
+        .and_then(|meshes| Composite::new(meshes.into_iter().map(part).collect()));
+    composed.map(|_| ()).map_err(|error| match error {
+        ShapeError::Mesh { problem, .. } => problem,
+        other => other.to_string(),
+    })
 }
 
 #[cfg(test)]

@@ -36,7 +36,7 @@ pub fn wall(
 }
 
 /// The wall that facets make; vertices closer than a tolerance (m) are one.
-fn of(
+pub(super) fn of(
     facets: &[[Vec3; 3]],
     tolerance: f64,
     free: Option<FreeSide>,

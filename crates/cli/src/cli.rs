@@ -345,7 +345,7 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
 }
 
 /// Refuses a name of a picture that does not end in .png.
-fn is_picture(path: &Path) -> Result<()> {
+fn check_picture(path: &Path) -> Result<()> {
     if path.extension().is_some_and(|extension| extension == "png") {
         return Ok(());
     }

@@ -1,6 +1,6 @@
 //! `turbid mesh`.
 
-use super::is_picture;
+use super::check_picture;
 use super::terminal::{Row, remark, row, say, table, waiting};
 use clap::Args;
 use std::path::PathBuf;
@@ -44,6 +44,10 @@ fn unit(text: &str) -> std::result::Result<Unit, String> {
 
 pub(super) fn mesh(arguments: &MeshArguments) -> Result<()> {
     let path = &arguments.file;
+    if let Some(picture) = &arguments.picture {
+        check_picture(picture)?;
+        refuse_input(picture, std::slice::from_ref(path))?;
+    }
     let bytes = input::read(path, input::MESH).map_err(|source| Error::io("read", path, source))?;
     let unit = arguments.unit.as_ref();
     let unit = (unit.map_or(1.0, |Unit(unit, _)| unit.metres()), unit.map(|Unit(_, given)| given.as_str()));
@@ -51,8 +55,6 @@ pub(super) fn mesh(arguments: &MeshArguments) -> Result<()> {
     let (found, shown) =
         waiting("looking at the mesh", look).map_err(|error| Error::Input(error.to_string()))?;
     if let Some(picture) = &arguments.picture {
-        refuse_input(picture, std::slice::from_ref(path))?;
-        is_picture(picture)?;
         let title = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let caption = format!("{} facets", found.facets);
         write_facets(picture, &title, &caption, &shown)?;

@@ -1,7 +1,7 @@
 //! `turbid pack`.
 
 use super::terminal::{remark, say};
-use super::{PackArguments, is_picture, load};
+use super::{PackArguments, check_picture, load};
 use std::path::Path;
 use turbid::error::{Error, Result};
 use turbid::output::directory::{self, refuse_input};
@@ -11,7 +11,7 @@ use turbid::simulation::{particles_in, write_start};
 
 pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     if let Some(picture) = &arguments.picture {
-        is_picture(picture)?;
+        check_picture(picture)?;
     }
     let (rows, what, notes) = match (&arguments.case, &arguments.from) {
         (Some(case), _) => {
