@@ -78,18 +78,18 @@ pub(super) trait Surface {
     fn fractions<V: Registers>(&self, n: &[f32; GROUP], y: f64, z: f64) -> [f32; GROUP];
 }
 
-/// The register of a group of numbers that begins at `at`.
+/// The register of numbers that begins at `at`.
 #[inline(always)]
-pub(super) fn load<T, R: Lanes<T>>(values: &[T; GROUP], at: usize) -> R {
-    assert!(at + R::WIDTH <= GROUP);
+pub(super) fn load<T, R: Lanes<T>>(values: &[T], at: usize) -> R {
+    assert!(at + R::WIDTH <= values.len());
     // SAFETY: just checked.
     unsafe { R::load(values.as_ptr().add(at)) }
 }
 
-/// Writes a register to a group of numbers from `at` on.
+/// Writes a register to numbers from `at` on.
 #[inline(always)]
-pub(super) fn store<T, R: Lanes<T>>(values: &mut [T; GROUP], at: usize, register: R) {
-    assert!(at + R::WIDTH <= GROUP);
+pub(super) fn store<T, R: Lanes<T>>(values: &mut [T], at: usize, register: R) {
+    assert!(at + R::WIDTH <= values.len());
     // SAFETY: just checked.
     unsafe { register.store(values.as_mut_ptr().add(at)) };
 }

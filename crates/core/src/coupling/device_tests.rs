@@ -137,11 +137,14 @@ struct Outcome {
 
 fn templates() -> Arc<[Template]> {
     let dx = UNITS.dx;
-    let round = Sphere { radius: 4.0 * dx }.surface_mesh(1);
+    let hull = |refinement| {
+        let round = Sphere { radius: 4.0 * dx }.surface_mesh(refinement);
+        Polyhedron::hull(&round.points, 1e-9 * dx).unwrap().0
+    };
     let shapes: Vec<Arc<dyn Shape>> = vec![
         Arc::new(Sphere { radius: 4.3 * dx }),
         Arc::new(Cuboid::new(Vec3::new(7.3, 6.1, 8.2) * dx).unwrap()),
-        Arc::new(Polyhedron::hull(&round.points, 1e-9 * dx).unwrap().0),
+        Arc::new(hull(1)),
         Arc::new(Cylinder::new(3.1 * dx, 3.6 * dx).unwrap()),
         Arc::new(Ellipsoid::new(Vec3::new(3.0, 4.0, 5.1) * dx).unwrap()),
         dumbbell(2.6 * dx),
@@ -149,6 +152,8 @@ fn templates() -> Arc<[Template]> {
             Through::new(Arc::new(Cuboid::new(Vec3::new(5.0, 6.0, 12.0) * dx).unwrap()), 2, Vec3::z())
                 .unwrap(),
         ),
+        // In its cells more faces meet than are evaluated one after the other.
+        Arc::new(hull(2)),
     ];
     shapes.into_iter().map(|shape| Template { shape, material: 0, density: 2000.0 }).collect()
 }
@@ -162,7 +167,7 @@ fn store(decomposition: &Decomposition, rank: usize, scene: &Scene, step: usize)
         .map(|i| {
             let at = |k: f64| (f64::from(i) * k + 0.011 * time * (1.0 + 0.2 * f64::from(i % 3))) % 1.0;
             let position = Vec3::new(at(0.137), at(0.31), at(0.73)).component_mul(&size);
-            let mut particle = Particle::at(i as u64, (i % 7) as usize, position);
+            let mut particle = Particle::at(i as u64, (i % 8) as usize, position);
             particle.velocity = [0.4, -0.3 + 0.05 * f64::from(i), 0.2];
             particle.angular_velocity = [0.3, 0.1 * f64::from(i), -0.2];
             particle.set_orientation(&Quat::from_euler_angles(0.02 * time, 0.3 * f64::from(i), 0.1));

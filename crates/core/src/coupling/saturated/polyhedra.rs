@@ -382,15 +382,15 @@ impl Group {
             if let Some(some) = together(faces, near.iter().map(rest), x) {
                 store(&mut fractions, at, some);
             } else {
-                return self.alone(faces, near, [&of(1), &of(2)], moved[0], centre);
+                return self.alone::<V>(faces, near, [&of(1), &of(2)], moved[0], centre);
             }
         }
         fractions
     }
 
     /// The same, cell by cell.
-    #[cold]
-    fn alone(
+    #[inline(always)]
+    fn alone<V: Registers>(
         &self,
         faces: &[Face],
         near: &[u8],
@@ -402,7 +402,7 @@ impl Group {
             let rest =
                 |&face: &u8| NearFace { face: face.into(), rest: faces[usize::from(face)].rest(y[k], z[k]) };
             let near: Vec<NearFace> = near.iter().map(rest).collect();
-            alone(faces, &near, (self.n[0][k] + moved as f32) - centre)
+            alone::<V::F>(faces, &near, (self.n[0][k] + moved as f32) - centre)
         })
     }
 }

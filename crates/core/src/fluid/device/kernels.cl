@@ -456,6 +456,56 @@ float height_of(__global const float* face, float x, float y, float z) {
     return face[0] * x - (face[3] - (face[1] * y + face[2] * z));
 }
 
+#define MEETING 12
+#define LINES 32
+#define PARALLEL 1e-20f
+
+// Solid fraction of a cell in which more than MEETING faces meet: that behind the one that cuts off most, less what the others cut off there
+// along lines in the direction of the axis nearest to its normal.
+float along_lines(__global const float* faces, int count, float x, float y, float z, int deepest) {
+    __global const float* most = faces + FACE * (size_t)deepest;
+    float nx = fabs(most[0]), ny = fabs(most[1]), nz = fabs(most[2]);
+    int axis = ny > nx ? 1 : 0;
+    if (nz > (ny > nx ? ny : nx)) axis = 2;
+    float low[LINES], high[LINES], length[LINES];
+    for (int k = 0; k < LINES; k++) {
+        low[k] = -0.5f;
+        high[k] = 0.5f;
+    }
+    for (int f = -1; f < count; f++) {
+        __global const float* face = f < 0 ? most : faces + FACE * (size_t)f;
+        float height = height_of(face, x, y, z);
+        if (height > -face[4]) {
+            float along = face[axis], b = face[(axis + 1) % 3], d = face[(axis + 2) % 3];
+            if (fabs(along) < PARALLEL) along = PARALLEL;
+            float over = -1.0f / along;
+            for (int k = 0; k < LINES; k++) {
+                float u = ((float)k + 0.5f) * (1.0f / LINES) - 0.5f, v = ((float)(7 * k % LINES) + 0.5f) * (1.0f / LINES) - 0.5f;
+                float end = (height + (b * u + d * v)) * over;
+                if (along > 0.0f) {
+                    high[k] = high[k] < end ? high[k] : end;
+                } else {
+                    low[k] = low[k] > end ? low[k] : end;
+                }
+            }
+        }
+        if (f < 0) {
+            for (int k = 0; k < LINES; k++) {
+                float left = high[k] - low[k];
+                length[k] = left > 0.0f ? left : 0.0f;
+            }
+        }
+    }
+    float cut = 0.0f;
+    for (int k = 0; k < LINES; k++) {
+        float left = high[k] - low[k];
+        cut += length[k] - (left > 0.0f ? left : 0.0f);
+    }
+    Normal normal = {most[5], most[6], most[7], most[8], most[9], most[10], most[11], most[12], most[13]};
+    float fraction = behind(&normal, height_of(most, x, y, z)) - cut * (1.0f / LINES);
+    return fraction > 0.0f ? fraction : 0.0f;
+}
+
 // Solid fraction of the cell with the offset `n` in a row.
 float fraction_of(__global const int* image, __global const double* numbers, __global const float* faces, __global const float* cut,
                   __global const int* span, __global const float* of_row, int n) {
@@ -473,6 +523,21 @@ float fraction_of(__global const int* image, __global const double* numbers, __g
         return cut[span[4] + (n < span[2] ? n - span[0] : head + (n - span[3]))];
     }
     float fraction = 1.0f, y = of_row[1], z = of_row[2];
+    if (image[FACES] > MEETING) {
+        __global const float* own = faces + FACE * (size_t)image[FIRST_FACE];
+        int meeting = 0, deepest = 0;
+        float depth = -1.0f;
+        for (int f = 0; f < image[FACES]; f++) {
+            float reach = own[FACE * f + 4], height = height_of(own + FACE * f, x, y, z);
+            if (height >= reach) return 0.0f;
+            meeting += height > -reach;
+            if (height + reach > depth) {
+                depth = height + reach;
+                deepest = f;
+            }
+        }
+        if (meeting > MEETING) return along_lines(own, image[FACES], x, y, z, deepest);
+    }
     for (int f = 0; f < image[FACES]; f++) {
         __global const float* face = faces + FACE * ((size_t)image[FIRST_FACE] + f);
         float reach = face[4], height = height_of(face, x, y, z);
