@@ -126,6 +126,11 @@ pub trait Shape: Send + Sync + Debug {
         &[]
     }
 
+    /// Thickness of a part (m) where both ends are surface of the body; infinite where none is, and for splinters.
+    fn thickness_of(&self, _part: usize) -> f64 {
+        self.thickness()
+    }
+
     /// Parts with which a part shares space, so that contacts and cells there are not counted twice.
     fn shared_with(&self, _part: usize) -> &[u32] {
         &[]

@@ -12,7 +12,7 @@
 //! of the volume that is shared.
 
 use super::polyhedron::mass::principal_axes;
-use super::{Part, Placement, Shape, ShapeError, SurfaceMesh, apart};
+use super::{Face, Part, Placement, Shape, ShapeError, SurfaceMesh, apart};
 use crate::math::{Mat3, Quat, Vec3};
 
 /// Most parts of a body: set-up and contacts look at all of them.
@@ -24,6 +24,12 @@ pub(super) const ROUNDING: f64 = 1e-3;
 /// Projections after which a common point of two parts is found.
 const PROJECTIONS: usize = 200;
 
+/// Distance beyond the surface of a part at which another one is looked for, over the radius of the body: more than rounding.
+const BEYOND: f64 = 1e-5;
+
+/// Part of the volume of a body that its thinnest parts may hold together and not count as thin: splinters of a cut along a curved surface.
+const SPLINTERS: f64 = 1e-3;
+
 /// Lines across what parts share, in each direction.
 const LINES: usize = 200;
 
@@ -33,6 +39,8 @@ pub struct Composite {
     parts: Vec<Part>,
     /// Of each part, those that it shares space with.
     shared: Vec<Vec<u32>>,
+    /// Of each part (m), see [`thicknesses`].
+    thickness: Vec<f64>,
     volume: f64,
     inertia: Vec3,
     circumradius: f64,
@@ -114,7 +122,8 @@ impl Composite {
         }
         let inertia = (axes.transpose() * tensor * axes).diagonal();
         let circumradius = parts.iter().map(Part::reach).fold(0.0, f64::max);
-        Ok((Self { parts, shared, volume, inertia, circumradius }, Placement { centre, rotation }))
+        let thickness = thicknesses(&parts, circumradius, SPLINTERS * volume);
+        Ok((Self { parts, shared, thickness, volume, inertia, circumradius }, Placement { centre, rotation }))
     }
 
     /// The part that is nearest to a point, and its signed distance (m).
@@ -163,6 +172,66 @@ fn counted_twice(parts: &[Part], shared: &[Vec<u32>]) -> Moments {
         }
     }
     sum
+}
+
+/// [`thickness`] of all parts of a body of this radius, infinite for the thinnest ones that hold less than `splinters` (m^3) together.
+fn thicknesses(parts: &[Part], radius: f64, splinters: f64) -> Vec<f64> {
+    let mut all: Vec<f64> = (0..parts.len()).map(|n| thickness(parts, n, radius)).collect();
+    let mut order: Vec<usize> = (0..parts.len()).collect();
+    order.sort_by(|&a, &b| all[a].total_cmp(&all[b]));
+    let mut held = 0.0;
+    for n in order {
+        held += parts[n].shape.volume();
+        if held > splinters {
+            break;
+        }
+        all[n] = f64::INFINITY;
+    }
+    all
+}
+
+/// Thickness of a part (m) of a body of this radius: the least over its faces of its width across them, if both the face and what lies
+/// opposite are mostly surface of the body; infinite if none is. That of its shape, if it has no faces.
+fn thickness(parts: &[Part], part: usize, radius: f64) -> f64 {
+    let own = &parts[part];
+    let Some(solid) = own.shape.as_polyhedron() else { return own.shape.thickness() };
+    let near: Vec<&Part> = (parts.iter().enumerate())
+        .filter(|(n, other)| {
+            let between = (other.position - own.position).norm();
+            *n != part && between < (own.shape.circumradius() + other.shape.circumradius()) * 1.01
+        })
+        .map(|(_, other)| other)
+        .collect();
+    let corner = |n: &u32| solid.vertices[*n as usize];
+    // Of each face: its area, and the share of it that no other part covers.
+    let seen: Vec<(f64, f64)> = (solid.faces.iter())
+        .map(|face| {
+            let corners: Vec<Vec3> = face.corners.iter().map(corner).collect();
+            let middle = corners.iter().sum::<Vec3>() / corners.len() as f64;
+            let (mut area, mut free) = (0.0, 0.0);
+            for (n, from) in corners.iter().enumerate() {
+                let to = corners[(n + 1) % corners.len()];
+                let facet = 0.5 * (from - middle).cross(&(to - middle)).norm();
+                let at = (middle + from + to) / 3.0 + face.normal * (BEYOND * radius);
+                let at = own.position + own.orientation * at;
+                let is_covered = near.iter().any(|part| part.shape.signed_distance(part.to_own(at)) < 0.0);
+                area += facet;
+                free += if is_covered { 0.0 } else { facet };
+            }
+            (area, free)
+        })
+        .collect();
+    let across = |(face, (area, free)): (&Face, &(f64, f64))| {
+        let (mut opposite, mut surface) = (0.0, 0.0);
+        for (other, (area, free)) in solid.faces.iter().zip(&seen) {
+            let towards = (-other.normal.dot(&face.normal)).max(0.0);
+            opposite += towards * area;
+            surface += towards * free;
+        }
+        let lowest = solid.vertices.iter().map(|at| face.normal.dot(at)).fold(f64::INFINITY, f64::min);
+        (2.0 * free > *area && 2.0 * surface > opposite).then_some(face.offset - lowest)
+    };
+    solid.faces.iter().zip(&seen).filter_map(across).fold(f64::INFINITY, f64::min)
 }
 
 impl Part {
@@ -255,9 +324,14 @@ impl Shape for Composite {
         self.circumradius
     }
 
-    /// That of its thinnest part.
+    /// That of its thinnest part, where both ends are surface of the body.
     fn thickness(&self) -> f64 {
-        self.parts.iter().map(|part| part.shape.thickness()).fold(f64::INFINITY, f64::min)
+        let least = self.thickness.iter().copied().fold(f64::INFINITY, f64::min);
+        if least < f64::INFINITY { least } else { 2.0 * self.circumradius }
+    }
+
+    fn thickness_of(&self, part: usize) -> f64 {
+        self.thickness[part]
     }
 
     /// Exact outside; inside that of a part, of which faces may lie within the body.
@@ -331,6 +405,34 @@ pub(crate) mod tests {
 
     fn near(a: f64, b: f64) -> bool {
         (a - b).abs() < 1e-14 * a.abs().max(b.abs())
+    }
+
+    #[test]
+    fn a_body_cut_anywhere_is_as_thick_as_it_was() {
+        for place in [2e-3, 0.1, 0.5] {
+            let edges = Vec3::new(2.0, 1.2, 0.8);
+            let part = |low: f64, high: f64| {
+                let shape = Cuboid::new(Vec3::new(high - low, edges.y, edges.z)).unwrap();
+                part(shape, Vec3::x() * (0.5 * (low + high)))
+            };
+            let cut = place * edges.x;
+            let (body, _) = Composite::new(vec![part(0.0, cut), part(cut, edges.x)]).unwrap();
+            assert!((body.thickness() - 0.8).abs() < 1e-12, "{place}: {}", body.thickness());
+            assert!((0..2).all(|n| (body.thickness_of(n) - 0.8).abs() < 1e-12));
+        }
+        // A fin on a block is as thin as it is.
+        let block = part(Cuboid::new(Vec3::repeat(1.0)).unwrap(), Vec3::zeros());
+        let fin = part(Cuboid::new(Vec3::new(1.0, 0.1, 0.5)).unwrap(), Vec3::z() * 0.75);
+        let (body, _) = Composite::new(vec![block, fin]).unwrap();
+        assert!((body.thickness() - 0.1).abs() < 1e-12, "{}", body.thickness());
+    }
+
+    #[test]
+    fn a_splinter_does_not_count_as_thin() {
+        let rest = part(Cuboid::new(Vec3::new(1.0, 1.0, 0.9)).unwrap(), Vec3::zeros());
+        let splinter = part(Cuboid::new(Vec3::new(0.01, 0.4, 0.1)).unwrap(), Vec3::z() * 0.5);
+        let (body, _) = Composite::new(vec![rest, splinter]).unwrap();
+        assert!((body.thickness() - 0.9).abs() < 1e-12, "{}", body.thickness());
     }
 
     #[test]

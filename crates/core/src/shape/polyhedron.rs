@@ -91,6 +91,14 @@ impl Polyhedron {
         Ok((Self::in_frame(&hull, &placement)?, placement))
     }
 
+    /// Volume of the convex hull of points (m^3), 0 of flat ones; `tolerance` as in [`Self::hull`].
+    pub fn hull_volume(points: &[Vec3], tolerance: f64) -> f64 {
+        let Ok(hull) = hull::hull(points, tolerance) else { return 0.0 };
+        let first = hull.points[hull.triangles[0][0] as usize];
+        let corner = |n: u32| hull.points[n as usize] - first;
+        hull.triangles.iter().map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c))) / 6.0).sum()
+    }
+
     /// The polyhedron with these corners (m): as [`Self::hull`], but every point must be on the surface of the hull.
     ///
     /// Points in the middle of a face or an edge are no corners and left out.

@@ -60,7 +60,7 @@ pub(super) struct PartConstants {
     pub(super) near_wall: f64,
     /// Circumradius of the shape (m).
     pub(super) circumradius: f64,
-    /// Thickness of the shape (m).
+    /// [`Shape::thickness_of`] the part (m).
     pub(super) thickness: f64,
     /// Mean curvature of the shape (1/m), if there are films.
     pub(super) mean_curvature: f64,
@@ -69,9 +69,13 @@ pub(super) struct PartConstants {
 impl PartConstants {
     /// The parts of a template.
     pub(super) fn all(template: &Template, model: &ContactModel) -> Vec<Self> {
-        let shared = |n: usize| template.shape.shared_with(n).to_vec();
-        let parts = template.parts().enumerate();
-        parts.map(|(n, part)| Self { shared: shared(n), ..Self::new(part, model) }).collect()
+        let (shape, parts) = (&template.shape, template.parts().enumerate());
+        let part = |(n, part)| Self {
+            shared: shape.shared_with(n).to_vec(),
+            thickness: shape.thickness_of(n),
+            ..Self::new(part, model)
+        };
+        parts.map(part).collect()
     }
 
     fn new((shape, pose): (&Arc<dyn Shape>, Option<&Part>), model: &ContactModel) -> Self {
