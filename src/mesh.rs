@@ -1,9 +1,10 @@
 //! Bodies and walls from files: STL (text or binary) and OBJ.
 //!
-//! A [wall](wall()) may be any surface. A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex; or as its convex
-//! hull. Normals in the file are ignored, and so are facets that enclose nothing (`surface.rs`). Facets count from 0; polygons of
+//! A [wall](wall()) may be any surface. A mesh becomes a body only if it is the surface of one: closed, counter-clockwise seen from outside, convex; as its convex
+//! hull; or cut into [convex parts](decompose). Normals in the file are ignored, and so are facets that enclose nothing (`surface.rs`). Facets count from 0; polygons of
 //! an OBJ file count as the triangles they are split into.
 
+pub mod decompose;
 mod stl;
 mod surface;
 mod survey;
@@ -13,11 +14,12 @@ use crate::math::{Vec3, bounding_box};
 use crate::shape::composite::MOST_PARTS;
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::SINGLE_PRECISION;
-use crate::shape::{Placement, Polyhedron, Shape, ShapeError};
+use crate::shape::{Composite, Part, Placement, Polyhedron, Shape, ShapeError};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::Arc;
 use surface::Surface;
 pub use survey::{BodySurvey, MeshUse, Survey, survey};
 pub use wall::wall;
@@ -33,6 +35,9 @@ const DECIMAL: f64 = 1e-5;
 /// Rounding of corners, in extents of the body, from which on it is reported.
 const REPORTED: f64 = 1e-5;
 const TAKE_HULL: &str = "or set `hull = true` to take the convex hull of its points";
+
+/// The corners of the facets of a surface.
+pub type Facets = Vec<[Vec3; 3]>;
 
 /// A body from a file.
 #[derive(Clone, Debug)]
@@ -67,21 +72,43 @@ pub fn parse(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Mesh, 
 /// As [`parse`], with the number of the part and its first facet.
 pub fn parts(path: &Path, bytes: &[u8], scale: f64, hull: bool) -> Result<Vec<Mesh>, ShapeError> {
     check_size("scale", scale)?;
-    let failed = |problem| ShapeError::Mesh { path: path.to_path_buf(), problem };
-    let Contents { facets, groups, rounding } = facets(path, bytes).map_err(failed)?;
-    let separate = separate(&facets, &groups);
+    (facets(path, bytes).and_then(|contents| parts_of(&contents, scale, hull)))
+        .map_err(|problem| ShapeError::Mesh { path: path.to_path_buf(), problem })
+}
+
+fn parts_of(contents: &Contents, scale: f64, hull: bool) -> Result<Vec<Mesh>, String> {
+    let Contents { facets, groups, rounding } = contents;
+    let separate = separate(facets, groups);
     if separate.len() > MOST_PARTS {
         let (count, most) = (separate.len(), MOST_PARTS);
-        return Err(ShapeError::TooManyParts { count, most });
+        return Err(ShapeError::TooManyParts { count, most }.to_string());
     }
     let one = |(n, numbers): (usize, &Vec<usize>)| {
         let own: Vec<[Vec3; 3]> = numbers.iter().map(|&number| facets[number]).collect();
-        body(&own, rounding, scale, hull).map_err(|problem| {
+        body(&own, *rounding, scale, hull).map_err(|problem| {
             let first = numbers[0];
-            failed(format!("part {n}, whose facet 0 is facet {first} of the file: {problem}"))
+            format!("part {n}, whose facet 0 is facet {first} of the file: {problem}")
         })
     };
     separate.iter().enumerate().map(one).collect()
+}
+
+/// The union of convex bodies in one frame, and its pose in it; one body alone is itself.
+///
+/// # Errors
+/// As [`Composite::new`].
+pub fn united(mut bodies: Vec<(Polyhedron, Placement)>) -> Result<(Arc<dyn Shape>, Placement), ShapeError> {
+    if bodies.len() == 1 {
+        let (body, placement) = bodies.remove(0);
+        return Ok((Arc::new(body), placement));
+    }
+    let part = |(body, placement): (Polyhedron, Placement)| Part {
+        shape: Arc::new(body),
+        position: placement.centre,
+        orientation: placement.rotation,
+    };
+    let (body, placement) = Composite::new(bodies.into_iter().map(part).collect())?;
+    Ok((Arc::new(body), placement))
 }
 
 /// Numbers of the facets of each group, those without a corner in common apart.
@@ -307,7 +334,7 @@ fn checked(
         if depth > CONVEX * diameter {
             return Err(format!(
                 "the body is concave: facet {facet} lies up to {depth:.4e} m, {part:.3} % of the diameter of the body, below the convex \
-                 hull; a surface must be convex: split the body into convex solids and set `parts = true`, {TAKE_HULL}, which adds {added:.3} % to the volume"
+                 hull; a surface must be convex: set `concave = \"decompose\"` to cut the body into convex parts, {TAKE_HULL}, which adds {added:.3} % to the volume"
             ));
         }
         if depth > 4.0 * precision * diameter {

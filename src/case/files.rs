@@ -1,7 +1,8 @@
 //! The files that a case names: on disk, or kept with a case that was saved.
 
 use crate::input;
-use crate::shape::Shape;
+use crate::mesh::decompose::{Decomposition, decompose};
+use crate::shape::{Shape, ShapeError};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,6 +24,8 @@ pub(super) struct Files<'a> {
     pub(super) shapes: &'a OwnShapes,
     /// All that was read.
     pub(super) read: RefCell<Contents>,
+    /// Bodies that were cut, by name and excess: sizes have the same parts.
+    pub(super) decomposed: RefCell<Vec<(String, f64, Arc<Decomposition>)>>,
 }
 
 impl Files<'_> {
@@ -51,6 +54,21 @@ impl Files<'_> {
             read.push((name.to_string(), bytes.clone()));
         }
         Ok(bytes)
+    }
+
+    /// The convex parts of the body in a file.
+    pub(super) fn decomposed(&self, name: &str, excess: f64) -> Result<Arc<Decomposition>, ShapeError> {
+        let same = |(known, part, _): &&(String, f64, _)| known == name && part.total_cmp(&excess).is_eq();
+        if let Some((.., found)) = self.decomposed.borrow().iter().find(same) {
+            return Ok(Arc::clone(found));
+        }
+        let path = self.path(name);
+        let failed =
+            |problem| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {problem}") };
+        let bytes = self.contents(name, input::MESH).map_err(failed)?;
+        let found = Arc::new(decompose(&path, &bytes, excess)?);
+        self.decomposed.borrow_mut().push((name.to_owned(), excess, Arc::clone(&found)));
+        Ok(found)
     }
 
     /// The path of a file, for messages.

@@ -9,7 +9,10 @@ use super::sizes::sizes;
 use crate::error::{Error, Result};
 use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
-use crate::mesh::{self, Mesh};
+use crate::mesh::{
+    self,
+    decompose::{ALLOWED, EXCESS},
+};
 use crate::particle::Template;
 use crate::shape::{
     Capsule, Composite, Cuboid, Cylinder, Ellipsoid, Part, Placement, Polyhedron, Shape, ShapeError, Sphere,
@@ -326,7 +329,10 @@ impl Shapes<'_> {
             let refused = || bad(ShapeError::Mesh { path, problem });
             return ((factor - 1.0).abs() < 1e-12).then(|| (shape, as_given())).ok_or_else(refused);
         }
-        let mut meshes = (self.files.contents(&section.file, input::MESH))
+        if section.concave.is_some() || section.excess.is_some() {
+            return self.decomposed(section, factor);
+        }
+        let meshes = (self.files.contents(&section.file, input::MESH))
             .map_err(|e| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {e}") })
             .and_then(|bytes| {
                 if section.parts {
@@ -336,24 +342,55 @@ impl Shapes<'_> {
                 }
             })
             .map_err(bad)?;
-        // Of any size the same.
-        *self.notes.borrow_mut() = (meshes.iter().flat_map(|mesh| &mesh.notes))
-            .map(|note| {
-                let title = format!("{}: {note}", self.files.path(&section.file).display());
-                self.document.warning(&format!("{}.file", self.key), &title, "this mesh", "")
-            })
-            .collect();
-        if meshes.len() > 1 {
-            let part = |Mesh { body, placement, .. }: Mesh| Part {
-                shape: Arc::new(body),
-                position: placement.centre,
-                orientation: placement.rotation,
-            };
-            let (shape, placement) = Composite::new(meshes.into_iter().map(part).collect()).map_err(bad)?;
-            return Ok((Arc::new(shape), placement));
+        self.note(section, meshes.iter().flat_map(|mesh| &mesh.notes));
+        mesh::united(meshes.into_iter().map(|mesh| (mesh.body, mesh.placement)).collect()).map_err(bad)
+    }
+
+    /// The body in a file, cut into convex parts.
+    fn decomposed(&self, section: &MeshSection, factor: f64) -> Result<(Arc<dyn Shape>, Placement)> {
+        let (document, key) = (self.document, format!("{}.excess", self.key));
+        if section.concave.is_none() {
+            return Err(document.error(
+                &key,
+                &format!("`{key}` belongs to `concave`, but there is none"),
+                "has no effect here",
+                "remove it, or set `concave = \"decompose\"`",
+            ));
         }
-        let mesh = meshes.pop().expect("a file has a surface");
-        Ok((Arc::new(mesh.body), mesh.placement))
+        for (is_set, name) in [(section.hull, "hull"), (section.parts, "parts")] {
+            if is_set {
+                let (title, other) =
+                    (format!("`{}` has `concave` and `{name}`", self.key), format!("{}.{name}", self.key));
+                return Err(document.error(
+                    &other,
+                    &title,
+                    "not both",
+                    "a body is cut into parts, or is the union of solids that are, or its own hull",
+                ));
+            }
+        }
+        let excess = section.excess.unwrap_or(EXCESS);
+        if !ALLOWED.contains(&excess) {
+            let wanted = format!("{:e} to {}", ALLOWED.start(), ALLOWED.end());
+            return Err(document.out_of_range(
+                &key,
+                excess,
+                &wanted,
+                "it is a part of the volume of the body: 0.01 is one percent",
+            ));
+        }
+        let found = self.files.decomposed(&section.file, excess).map_err(|e| self.bad(".file", &e))?;
+        self.note(section, &found.notes());
+        found.body(factor).map_err(|e| self.bad(".file", &e))
+    }
+
+    /// Keeps notes on a mesh, of any size the same.
+    fn note<'n>(&self, section: &MeshSection, notes: impl IntoIterator<Item = &'n String>) {
+        let warning = |note: &String| {
+            let title = format!("{}: {note}", self.files.path(&section.file).display());
+            self.document.warning(&format!("{}.file", self.key), &title, "this mesh", "")
+        };
+        *self.notes.borrow_mut() = notes.into_iter().map(warning).collect();
     }
 
     fn upright<S: Shape + 'static>(

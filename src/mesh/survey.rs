@@ -1,15 +1,15 @@
 //! A mesh in a file: what it is, and what it can be in a case.
 
+use super::decompose::{self, EXCESS, Fit};
 use super::surface::Surface;
-use super::{Contents, body, facets, parts, scaled, tolerance, wall};
-use crate::math::{Mat3, Vec3, bounding_box};
+use super::{Contents, Facets, body, facets, parts_of, scaled, tolerance, united, wall};
+use crate::math::{Mat3, bounding_box};
 use crate::shape::error::check_size;
 use crate::shape::polyhedron::mass;
-use crate::shape::{Composite, Part, Polyhedron, Shape, ShapeError};
+use crate::shape::{Polyhedron, Shape, ShapeError};
 use crate::wall::WallMesh;
 use serde::Serialize;
 use std::path::Path;
-use std::sync::Arc;
 
 /// Extent from which on a body of that many metres is unlikely.
 const LARGE: f64 = 0.5;
@@ -43,6 +43,8 @@ pub struct Survey {
     pub first_crossing: Option<[f64; 3]>,
     /// The body, of a closed surface.
     pub body: Option<BodySurvey>,
+    /// Comparison of its convex parts with the mesh, if it was to be cut into them.
+    pub decomposed: Option<Fit>,
     /// True if it is as large as bodies given in millimetres are that are read in metres.
     pub is_large: bool,
     /// Its uses in a case.
@@ -71,7 +73,7 @@ pub struct BodySurvey {
 /// A use of a mesh in a case.
 #[derive(Clone, Debug, Serialize)]
 pub struct MeshUse {
-    /// Its kind: "particle", "parts", "hull", "wall".
+    /// Its kind: "particle", "parts", "decompose", "hull", "wall".
     pub kind: &'static str,
     /// Line for the case; none if it cannot be used so.
     pub line: Option<String>,
@@ -79,21 +81,23 @@ pub struct MeshUse {
     pub problem: Option<String>,
 }
 
-/// Findings on the contents of a file, and its facets (m); `scale` is the length in metres of 1 in the file, and `unit` the same as a case
-/// has it, such as `"mm"` with its quotes.
+/// Findings on the contents of a file, and the facets (m) of its surface; with `excess`, those of each convex part into which the body is
+/// [cut](decompose::decompose). `scale` is the length in metres of 1 in the file, and `unit` the same as a case has it, such as `"mm"` with its quotes.
 ///
 /// # Errors
-/// [`ShapeError::Mesh`]: no file of its kind, no facets, numbers that are not finite.
+/// [`ShapeError::Mesh`]: no file of its kind, no facets, numbers that are not finite; a body that cannot be cut.
 pub fn survey(
     path: &Path,
     bytes: &[u8],
     (scale, unit): (f64, Option<&str>),
-) -> Result<(Survey, Vec<[Vec3; 3]>), ShapeError> {
+    excess: Option<f64>,
+) -> Result<(Survey, Vec<Facets>), ShapeError> {
     check_size("scale", scale)?;
     let failed = |problem| ShapeError::Mesh { path: path.to_path_buf(), problem };
-    let Contents { facets, groups, rounding } = facets(path, bytes).map_err(failed)?;
-    let own = scaled(&facets, scale).map_err(failed)?;
-    let ((precision, extent), _) = tolerance(&facets, &own, rounding);
+    let contents = facets(path, bytes).map_err(failed)?;
+    let Contents { facets, groups, rounding } = &contents;
+    let own = scaled(facets, scale).map_err(failed)?;
+    let ((precision, extent), _) = tolerance(facets, &own, *rounding);
     let mut surface = Surface::new(&own, precision * extent);
     if surface.is_empty() {
         surface = Surface::sheet(&own, precision * extent);
@@ -113,7 +117,7 @@ pub fn survey(
     };
     let crossing = mesh.self_crossing();
     let (low, high) = bounding_box(own.iter().flatten().copied());
-    let convex = body(&facets, rounding, scale, false);
+    let convex = body(facets, *rounding, scale, false);
     let found = mesh.is_closed().then(|| {
         let mass = mass_of(&mesh);
         let hull = Polyhedron::hull(&surface.corners(&own), precision).ok().map(|(hull, _)| hull);
@@ -134,9 +138,14 @@ pub fn survey(
     let mut uses = vec![one_use("particle", line.shape(""), convex.map(|_| ()))];
     if !is_convex {
         if !is_one {
-            uses.push(one_use("parts", line.shape(", parts = true"), as_parts(path, bytes, scale)));
+            uses.push(one_use("parts", line.shape(", parts = true"), as_parts(&contents, scale)));
         }
-        let hull = body(&facets, rounding, scale, true).map(|_| ());
+        if mesh.is_closed() && !mesh.overlaps() && mesh.inverted().is_none() {
+            let own = excess.filter(|excess| excess.total_cmp(&EXCESS).is_ne());
+            let own = own.map_or_else(String::new, |excess| format!(", excess = {excess}"));
+            uses.push(one_use("decompose", line.shape(&format!(", concave = \"decompose\"{own}")), Ok(())));
+        }
+        let hull = body(facets, *rounding, scale, true).map(|_| ());
         uses.push(one_use("hull", line.shape(", hull = true"), hull));
     }
     let as_wall = wall::of(&own, precision * extent, None).map(|_| ());
@@ -146,6 +155,8 @@ pub fn survey(
         Some(volume) if volume < 0.0 => "inward",
         Some(_) => "outward",
     });
+    let cut = excess.map(|excess| decompose::of(&contents, excess)).transpose().map_err(failed)?;
+    let shown = cut.as_ref().map_or_else(|| vec![own], |cut| cut.surfaces(scale));
     let survey = Survey {
         format: format(path, bytes),
         facets: facets.len(),
@@ -160,10 +171,11 @@ pub fn survey(
         self_crossings: crossing.map_or(0, |crossing| crossing.count),
         first_crossing: crossing.map(|crossing| crossing.at.into()),
         body: found,
+        decomposed: cut.map(|cut| cut.fit),
         is_large: (high - low).max() >= LARGE,
         uses,
     };
-    Ok((survey, own))
+    Ok((survey, shown))
 }
 
 /// True if the hull of a mesh has its volume: it is convex, whichever way its facets run.
@@ -172,13 +184,13 @@ fn mesh_is_hull(hull: Option<&Polyhedron>, volume: f64) -> bool {
 }
 
 /// Integrals over the body that a closed mesh encloses.
-fn mass_of(mesh: &WallMesh) -> mass::Mass {
+pub(super) fn mass_of(mesh: &WallMesh) -> mass::Mass {
     let middle = (mesh.bounds()[0] + mesh.bounds()[1]) * 0.5;
     mass::mass((0..mesh.facets().len() as u32).map(|n| mesh.corners(n)), middle)
 }
 
 /// Principal moments of inertia per mass, ascending.
-fn moments(spread: &Mat3) -> [f64; 3] {
+pub(super) fn moments(spread: &Mat3) -> [f64; 3] {
     let tensor = mass::inertia(spread);
     let axes = mass::principal_axes(&tensor).to_rotation_matrix().into_inner();
     let mut moments: [f64; 3] = (axes.transpose() * tensor * axes).diagonal().into();
@@ -220,42 +232,20 @@ fn one_use(kind: &'static str, line: String, result: Result<(), String>) -> Mesh
 }
 
 /// Refuses parts of a file that are no body together.
-fn as_parts(path: &Path, bytes: &[u8], scale: f64) -> Result<(), String> {
-    let part = |mesh: super::Mesh| Part {
-        shape: Arc::new(mesh.body),
-        position: mesh.placement.centre,
-        orientation: mesh.placement.rotation,
-    };
-    let composed = parts(path, bytes, scale, false)
-        .and_then(|meshes| Composite::new(meshes.into_iter().map(part).collect()));
-    composed.map(|_| ()).map_err(|error| match error {
-        ShapeError::Mesh { problem, .. } => problem,
-        other => other.to_string(),
-    })
+fn as_parts(contents: &Contents, scale: f64) -> Result<(), String> {
+    let meshes = parts_of(contents, scale, false)?;
+    let bodies = meshes.into_iter().map(|mesh| (mesh.body, mesh.placement)).collect();
+    united(bodies).map(|_| ()).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::{box_facets, text_stl};
+    use super::super::tests::{box_facets, l, text_stl};
     use super::*;
+    use crate::math::Vec3;
 
     fn look(facets: &[[Vec3; 3]]) -> Survey {
-        survey(Path::new("mesh.stl"), &text_stl(facets), (1e-3, Some("\"mm\""))).unwrap().0
-    }
-
-    /// A prism of height 1 over an L: a square of 3 without one of 2.
-    fn l() -> Vec<[Vec3; 3]> {
-        let outline = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]].map(|at| at.map(f64::from));
-        let at = |n: usize, z: f64| Vec3::new(outline[n % 6][0], outline[n % 6][1], z);
-        // Caps are fans about the corner in the middle.
-        let caps = (4..8).flat_map(|n| {
-            [[at(3, 1.0), at(n, 1.0), at(n + 1, 1.0)], [at(3, 0.0), at(n + 1, 0.0), at(n, 0.0)]]
-        });
-        let sides = (0..6).flat_map(|n| {
-            let [a, b, c, d] = [at(n, 0.0), at(n + 1, 0.0), at(n + 1, 1.0), at(n, 1.0)];
-            [[a, b, c], [a, c, d]]
-        });
-        caps.chain(sides).collect()
+        survey(Path::new("mesh.stl"), &text_stl(facets), (1e-3, Some("\"mm\"")), None).unwrap().0
     }
 
     #[test]

@@ -10,6 +10,20 @@ pub(super) fn box_facets(edges: Vec3) -> Vec<[Vec3; 3]> {
     mesh.triangles.iter().map(|t| t.map(|i| mesh.points[i as usize])).collect()
 }
 
+/// A prism of height 1 over an L: a square of 3 without one of 2.
+pub(super) fn l() -> Vec<[Vec3; 3]> {
+    let outline = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]].map(|at| at.map(f64::from));
+    let at = |n: usize, z: f64| Vec3::new(outline[n % 6][0], outline[n % 6][1], z);
+    // Caps are fans about the corner in the middle.
+    let caps = (4..8)
+        .flat_map(|n| [[at(3, 1.0), at(n, 1.0), at(n + 1, 1.0)], [at(3, 0.0), at(n + 1, 0.0), at(n, 0.0)]]);
+    let sides = (0..6).flat_map(|n| {
+        let [a, b, c, d] = [at(n, 0.0), at(n + 1, 0.0), at(n + 1, 1.0), at(n, 1.0)];
+        [[a, b, c], [a, c, d]]
+    });
+    caps.chain(sides).collect()
+}
+
 pub(super) fn text_stl(facets: &[[Vec3; 3]]) -> Vec<u8> {
     let mut text = "solid test\n".to_owned();
     for facet in facets {

@@ -72,8 +72,8 @@ fn cases_take_the_lines_that_are_proposed_and_refuse_what_is_not() {
     let open = L.replace("f 4 3 2\n", "");
     for (text, unit, expected) in [
         (cubes(&[[13.0; 3]]), "1e-3", &["particle", "wall"][..]),
-        (L.to_owned(), "mm", &["hull", "wall"]),
-        (two, "mm", &["parts", "hull", "wall"]),
+        (L.to_owned(), "mm", &["decompose", "hull", "wall"]),
+        (two, "mm", &["parts", "decompose", "hull", "wall"]),
         (open, "mm", &["hull", "wall"]),
     ] {
         place.write("some.obj", &text);
@@ -118,4 +118,42 @@ fn files_and_options_that_cannot_be_used_are_refused_with_a_remedy() {
     ] {
         place.refused(&[&["mesh"], arguments].concat(), words);
     }
+}
+
+#[test]
+fn a_concave_body_is_cut_into_parts_in_a_case_and_shown_in_as_many_colours() {
+    let place = Place::empty();
+    place.write("l.obj", L);
+    let said = place.well(&["mesh", "l.obj", "--unit", "mm", "--decompose", "--picture", "l.png"]);
+    has(
+        &said,
+        &[
+            "convex parts",
+            "12 faces",
+            "decompose: shape = { mesh = { file = \"l.obj\"",
+            "concave = \"decompose\"",
+        ],
+    );
+    let pixels = image(&place);
+    // Of the two, one is bluer than red.
+    let hues = [false, true].map(|is_blue| {
+        let is = |[red, _, blue]: &&[u8; 3]| red.abs_diff(*blue) > 20 && (blue > red) == is_blue;
+        pixels.iter().filter(is).count()
+    });
+    assert!(hues.iter().all(|count| *count > 5000), "two colours: {hues:?}");
+    let shape = "shape = { mesh = { file = \"l.obj\", unit = \"mm\", concave = \"decompose\" } }";
+    place.write("l.toml", case(shape, ""));
+    let said = place.well(&["check", "l.toml"]);
+    has(&said, &["cut into 2 convex parts of 12 faces: volume"]);
+    place.well(&["run", "l.toml"]);
+    for (wrong, words) in [
+        (shape.replace("concave = \"decompose\"", "excess = 0.1"), "belongs to `concave`"),
+        (shape.replace("unit = \"mm\"", "hull = true"), "has `concave` and `hull`"),
+        (shape.replace("\"decompose\"", "\"decompose\", excess = 2"), "1e-5 to 1"),
+        (shape.replace("\"decompose\"", "\"split\""), "decompose"),
+    ] {
+        place.write("l.toml", case(&wrong, ""));
+        place.refused(&["check", "l.toml"], &[words, "l.toml"]);
+    }
+    place.refused(&["mesh", "l.obj", "--decompose=3"], &["1e-5 to 1"]);
 }

@@ -133,9 +133,22 @@ pub struct MeshSection {
     /// Takes each solid, group or object of the file, and each surface apart from the others, as a convex part of one body. Default false.
     #[serde(default)]
     pub parts: bool,
+    /// Way to take a closed surface that is not convex: cut into convex parts. Default: it is refused.
+    pub concave: Option<Concave>,
+    /// Part of the volume of the body by which that of its parts may exceed it (-), with `concave`. Default 0.01.
+    #[schemars(transform = positive)]
+    pub excess: Option<f64>,
     /// Diameter of the sphere of equal volume (m); makes the lengths proportions.
     #[schemars(transform = positive)]
     pub equivalent_diameter: Option<f64>,
+}
+
+/// Ways to take a concave body.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Concave {
+    /// Cut into convex parts along planes.
+    Decompose,
 }
 
 /// The union of several shapes. Its centre of mass is where the particle is; its axes are those of the parts.

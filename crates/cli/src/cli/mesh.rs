@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use turbid::case::file::LengthUnit;
 use turbid::error::{Error, Result};
 use turbid::input;
+use turbid::mesh::decompose::{ALLOWED, Fit};
 use turbid::mesh::{Survey, survey};
 use turbid::output::directory::refuse_input;
 use turbid::output::numbers::number;
@@ -24,6 +25,9 @@ pub(super) struct MeshArguments {
     /// Also write a picture of it (.png).
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
+    /// Cut the body into convex parts, as `concave = "decompose"` does, with at most this part more volume (0.01 without a value).
+    #[arg(long, value_name = "EXCESS", num_args = 0..=1, require_equals = true, default_missing_value = "0.01", value_parser = excess)]
+    decompose: Option<f64>,
     /// Print JSON with stable keys.
     #[arg(long)]
     json: bool,
@@ -42,6 +46,11 @@ fn unit(text: &str) -> std::result::Result<Unit, String> {
     Ok(Unit(unit, given))
 }
 
+fn excess(text: &str) -> std::result::Result<f64, String> {
+    let range = || format!("must be {:e} to {}", ALLOWED.start(), ALLOWED.end());
+    text.parse().ok().filter(|excess| ALLOWED.contains(excess)).ok_or_else(range)
+}
+
 pub(super) fn mesh(arguments: &MeshArguments) -> Result<()> {
     let path = &arguments.file;
     if let Some(picture) = &arguments.picture {
@@ -51,12 +60,15 @@ pub(super) fn mesh(arguments: &MeshArguments) -> Result<()> {
     let bytes = input::read(path, input::MESH).map_err(|source| Error::io("read", path, source))?;
     let unit = arguments.unit.as_ref();
     let unit = (unit.map_or(1.0, |Unit(unit, _)| unit.metres()), unit.map(|Unit(_, given)| given.as_str()));
-    let look = || survey(path, &bytes, unit);
+    let look = || survey(path, &bytes, unit, arguments.decompose);
     let (found, shown) =
         waiting("looking at the mesh", look).map_err(|error| Error::Input(error.to_string()))?;
     if let Some(picture) = &arguments.picture {
         let title = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        let caption = format!("{} facets", found.facets);
+        let caption = match &found.decomposed {
+            Some(fit) => format!("{} convex parts", fit.parts),
+            None => format!("{} facets", found.facets),
+        };
         write_facets(picture, &title, &caption, &shown)?;
     }
     if arguments.json {
@@ -118,6 +130,15 @@ fn rows(found: &Survey) -> Vec<Row> {
         let hull =
             adds.map(|part| format!("the convex hull adds {} % to the volume", number(100.0 * part, 3)));
         rows.push(row("convex", if body.convex { "yes" } else { "no" }, hull.unwrap_or_default()));
+    }
+    if let Some(Fit { parts, faces, volume, inertia, distance, .. }) = found.decomposed {
+        let [volume, inertia, distance] =
+            [volume, inertia, distance].map(|part| format!("{:.3} %", 100.0 * part));
+        rows.push(row(
+            "convex parts",
+            parts.to_string(),
+            format!("{faces} faces; volume {volume} more, inertia per mass within {inertia}, surface within {distance} of the diameter"),
+        ));
     }
     rows
 }
