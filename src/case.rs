@@ -57,7 +57,7 @@ pub use file::{free_keys, schema};
 pub use insertion::{Insertion, Removal};
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
 pub use plausible::TooLight;
-pub use resolve::{from_saved, from_text, load, outline};
+pub use resolve::{from_saved, from_text, load, load_followed, outline};
 pub(crate) use resolve::{from_saved_anew, with_shapes};
 pub(crate) use schedule::of_machine;
 pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, Steady};

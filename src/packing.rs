@@ -10,6 +10,7 @@ pub mod insertion;
 pub mod mix;
 mod neighbours;
 pub mod positions;
+pub mod progress;
 pub mod relax;
 
 use crate::contact::PairFinder;

@@ -13,6 +13,7 @@ use super::walls::PlacedWall;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
+use crate::packing::progress::Follow;
 use crate::particle::{Particle, Template};
 use crate::wall::Surface;
 pub(super) use random::CLEAR;
@@ -52,7 +53,7 @@ impl Placer<'_> {
     /// with [prescribed](Self::prescribed) motion fill less of the box than each of them alone, as they overlap each other or walls.
     pub(super) fn place(
         &self,
-        places: bool,
+        places: Option<&mut dyn Follow>,
         warnings: &mut Vec<String>,
         notes: &mut Vec<String>,
     ) -> Result<(Vec<Particle>, Counts, f64)> {
@@ -90,8 +91,8 @@ impl Placer<'_> {
         let filled = overlap.then(|| self.filled(&particles));
         let shared = filled.map_or(0.0, |filled| self.prescribed_volume(&particles) - filled);
         let mut counted = Vec::new();
-        if places {
-            self.pack(&random, &mut particles, filled, warnings)?;
+        if let Some(follow) = places {
+            self.pack(&random, &mut particles, filled, warnings, follow)?;
         } else {
             counted.extend(random.iter().flat_map(|&(index, count)| self.allot(index, count)));
         }

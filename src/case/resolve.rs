@@ -29,6 +29,7 @@ use crate::engine::EngineChoice;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::surfaces::are_few;
+use crate::packing::progress::{Follow, Unfollowed};
 use crate::units::Units;
 use crate::wall::Wall;
 use std::collections::{BTreeMap, BTreeSet};
@@ -51,10 +52,18 @@ const ROUNDED: f64 = 0.03;
 /// [`Error::Io`](crate::Error::Io) if the file cannot be read, [`Error::Parse`](crate::Error::Parse) if it is no TOML,
 /// [`Error::Case`](crate::Error::Case) for a key that is wrong.
 pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
-    read(path, options, true)
+    load_followed(path, options, &mut Unfollowed)
 }
 
-fn read(path: &Path, options: &[String], places: bool) -> Result<Setup> {
+/// As [`load`], where dense packings are followed, and may continue an earlier attempt.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_followed(path: &Path, options: &[String], follow: &mut dyn Follow) -> Result<Setup> {
+    read(path, options, Some(follow))
+}
+
+fn read(path: &Path, options: &[String], places: Option<&mut dyn Follow>) -> Result<Setup> {
     let source = Source::read(path, options)?;
     let name =
         path.file_stem().map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
@@ -72,7 +81,7 @@ fn read(path: &Path, options: &[String], places: bool) -> Result<Setup> {
 /// # Errors
 /// As [`load`], less those of placing them.
 pub fn outline(path: &Path, options: &[String]) -> Result<Setup> {
-    read(path, options, false)
+    read(path, options, None)
 }
 
 /// As [`load`], for a text that is no file; what it names is looked for in the current directory.
@@ -92,7 +101,7 @@ pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
 /// As [`from_text`], where the file of a mesh may be a shape of the caller's own.
 pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &OwnShapes) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(&source, name, Files { shapes, ..Files::default() }, true)
+    resolve(&source, name, Files { shapes, ..Files::default() }, Some(&mut Unfollowed))
 }
 
 /// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how
@@ -118,11 +127,12 @@ pub(crate) fn from_saved_anew(
     places: bool,
 ) -> Result<Setup> {
     let source = Source::new(title(name), text.to_string(), options);
-    resolve(&source, name, Files { saved: Some(files), ..Files::default() }, places)
+    let (files, mut unfollowed) = (Files { saved: Some(files), ..Files::default() }, Unfollowed);
+    resolve(&source, name, files, places.then_some(&mut unfollowed as &mut dyn Follow))
 }
 
-/// Particles are placed at random if `places`, else counted.
-fn resolve(source: &Source, name: &str, files: Files, places: bool) -> Result<Setup> {
+/// Particles are placed at random if somebody follows, else counted.
+fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Follow>) -> Result<Setup> {
     let document = &Document::parse(source)?;
     let mut warnings = Vec::new();
     let medium = Medium::of(document)?;

@@ -4,7 +4,8 @@
 //! # Reference
 //! O'Hern, Silbert, Liu, Nagel (2003), doi:10.1103/PhysRevE.68.011306: random packings are where soft bodies stop to overlap, spheres at 0.64.
 
-use super::relax::{Pose, Pushing, relax_by};
+use super::progress::Follow;
+use super::relax::{Pose, Pushing, Way, relax_by};
 use crate::contact::GrownShape;
 use crate::domain::Domain;
 use crate::wall::Surface;
@@ -31,11 +32,12 @@ pub fn squeeze(
     poses: &mut [Pose],
     fixed: usize,
     wide: f64,
+    follow: &mut dyn Follow,
 ) -> bool {
     for pose in poses.iter_mut() {
         pose.position /= wide;
     }
-    relax_by(&PUSHING, *domain, walls, contours, poses, fixed, None)
+    relax_by(&PUSHING, *domain, walls, contours, poses, fixed, Way::Followed(follow))
 }
 
 #[cfg(test)]
@@ -43,14 +45,15 @@ mod tests {
     use super::*;
     use crate::math::{Quat, Vec3};
     use crate::packing::mix::mix;
+    use crate::packing::progress::{State, Unfollowed};
     use crate::packing::relax::tests::overlaps;
     use crate::packing::relax::{random_orientations, relax};
     use crate::packing::{Ball, count_for_volume_fraction, pack};
     use crate::shape::{Cuboid, Ellipsoid, Shape, Sphere};
     use std::sync::Arc;
 
-    /// Bodies of the volume of a sphere of diameter 1, densely packed in a periodic cube, clear of each other.
-    fn packed(shape: &Arc<dyn Shape>, edge: usize, fraction: f64) -> (Domain, Vec<Pose>) {
+    /// Bodies of the volume of a sphere of diameter 1 that begin loosely in a box wider than a periodic cube, by what factor, and the cube.
+    fn begun(shape: &Arc<dyn Shape>, edge: usize, fraction: f64) -> (Domain, Vec<Pose>, f64) {
         let domain = Domain { faces: Domain::faces([true; 3]), cells: [edge; 3], dx: 0.1 };
         let count = count_for_volume_fraction(domain.volume(), fraction, shape.volume()) as usize;
         let wide = libm::cbrt(fraction / 0.4);
@@ -66,7 +69,14 @@ mod tests {
         let contours = vec![GrownShape::new(shape.clone(), 0.0)];
         assert!(relax(start, &[], &contours, &mut poses, 0, None));
         mix(&start, &[], &contours, &mut poses, 0, 1);
-        assert!(squeeze(&domain, &[], &contours, &mut poses, 0, wide), "{fraction}");
+        (domain, poses, wide)
+    }
+
+    /// The same, densely packed, clear of each other.
+    fn packed(shape: &Arc<dyn Shape>, edge: usize, fraction: f64) -> (Domain, Vec<Pose>) {
+        let (domain, mut poses, wide) = begun(shape, edge, fraction);
+        let contours = vec![GrownShape::new(shape.clone(), 0.0)];
+        assert!(squeeze(&domain, &[], &contours, &mut poses, 0, wide, &mut Unfollowed), "{fraction}");
         assert_eq!(overlaps(&domain, &[], shape, &poses), 0);
         (domain, poses)
     }
@@ -97,6 +107,55 @@ mod tests {
         let grain: Arc<dyn Shape> = Arc::new(Ellipsoid::new(Vec3::new(0.625, 0.5, 0.4)).unwrap());
         for (shape, fraction) in [(cube, 0.58), (grain, 0.64)] {
             packed(&shape, 40, fraction);
+        }
+    }
+
+    /// Keeps the state after some rounds, or continues from it.
+    struct Probe {
+        after: usize,
+        state: Option<State>,
+        rounds: usize,
+    }
+
+    impl Follow for Probe {
+        fn kept(&mut self, _: u64) -> Option<State> {
+            self.state.clone()
+        }
+
+        fn round(&mut self, rounds: usize, overlaps: usize, state: &dyn Fn() -> State) {
+            assert!(overlaps > 0);
+            self.rounds += 1;
+            if rounds == self.after {
+                self.state = Some(state());
+            }
+        }
+    }
+
+    #[test]
+    fn a_packing_continues_from_a_kept_state_to_the_same_bits_and_another_one_begins_anew() {
+        let shape: Arc<dyn Shape> = Arc::new(Ellipsoid::new(Vec3::new(0.625, 0.5, 0.4)).unwrap());
+        let contours = vec![GrownShape::new(shape.clone(), 0.0)];
+        let (domain, poses, wide) = begun(&shape, 40, 0.64);
+        let squeezed = |probe: &mut Probe, domain: &Domain| {
+            let mut poses = poses.clone();
+            assert!(squeeze(domain, &[], &contours, &mut poses, 0, wide, probe));
+            poses
+        };
+        let mut probe = Probe { after: 0, state: None, rounds: 0 };
+        let truth = squeezed(&mut probe, &domain);
+        let all = probe.rounds;
+        assert!(all > 10, "{all}");
+        for after in [1, all / 2, all - 1] {
+            let mut probe = Probe { after, state: None, rounds: 0 };
+            squeezed(&mut probe, &domain);
+            let text = serde_json::to_string(&probe.state.unwrap()).unwrap();
+            let state = Some(serde_json::from_str(&text).unwrap());
+            let mut probe = Probe { after: 0, state, rounds: 0 };
+            assert_eq!(squeezed(&mut probe, &domain), truth);
+            assert_eq!(probe.rounds, all - after);
+            let wider = Domain { dx: 1.01 * domain.dx, ..domain };
+            let anew = squeezed(&mut Probe { after: 0, state: None, rounds: 0 }, &wider);
+            assert_eq!(squeezed(&mut probe, &wider), anew);
         }
     }
 }

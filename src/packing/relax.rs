@@ -17,6 +17,7 @@
 //! Computer Graphics Forum 39, section 3.3, without compliance.
 
 use super::Uniform;
+use super::progress::{Follow, State, body as kept_body, mark, restore};
 use crate::contact::{Body, Geometry, GrownShape, PairFinder, intersects_wall, overlap, overlap_wall};
 use crate::domain::Domain;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
@@ -132,8 +133,18 @@ pub fn relax(
     fixed: usize,
     limits: Option<&[f64]>,
 ) -> bool {
-    let patience = if limits.is_some() { PATIENCE } else { USUAL.patience };
-    relax_by(&Pushing { patience, ..USUAL }, domain, walls, contours, poses, fixed, limits)
+    let (patience, way) = match limits {
+        Some(limits) => (PATIENCE, Way::Limited(limits)),
+        None => (USUAL.patience, Way::Free),
+    };
+    relax_by(&Pushing { patience, ..USUAL }, domain, walls, contours, poses, fixed, way)
+}
+
+/// Limits (m) within which bodies move, or a follower of them.
+pub(super) enum Way<'a> {
+    Free,
+    Limited(&'a [f64]),
+    Followed(&'a mut dyn Follow),
 }
 
 /// As [`relax`], by other pushes.
@@ -144,8 +155,13 @@ pub(super) fn relax_by(
     contours: &[GrownShape],
     poses: &mut [Pose],
     fixed: usize,
-    limits: Option<&[f64]>,
+    way: Way,
 ) -> bool {
+    let (limits, mut follow) = match way {
+        Way::Free => (None, None),
+        Way::Limited(limits) => (Some(limits), None),
+        Way::Followed(follow) => (None, Some(follow)),
+    };
     let starts = poses.to_vec();
     let movers: Vec<Mover> = contours.iter().map(Mover::new).collect();
     let radii: Vec<f64> = poses.iter().map(|p| contours[p.contour].reach()).collect();
@@ -156,19 +172,28 @@ pub(super) fn relax_by(
     };
     let mut finder = PairFinder::new(domain);
     let reaches: Vec<f64> = radii.iter().map(|radius| radius * (1.0 + by.skin)).collect();
-    let (mut pairs, mut found_at) = (Vec::new(), Vec::new());
+    let (mut pairs, mut found_at) = (Vec::new(), Vec::<Vec3>::new());
     let touching = if limits.is_some() { TOUCHING } else { 0.0 };
     // The sum of all overlaps in units of the reach, and the round since which it has not shrunk.
     let mut least_sum = (f64::INFINITY, 0);
-    for round in 0..by.rounds {
+    let mark = follow.as_ref().map_or(0, |_| mark(&domain, &radii, poses));
+    let kept = follow.as_mut().and_then(|follow| follow.kept(mark));
+    let mut first = 0;
+    if let Some(kept) = kept.filter(|kept| kept.mark == mark && kept.bodies.len() == poses.len()) {
+        first = kept.rounds;
+        found_at = poses.iter_mut().zip(&kept.bodies).map(|(pose, body)| restore(pose, body)).collect();
+        pairs = finder.find(&found_at, &reaches).to_vec();
+        least_sum = kept.least_sum;
+    }
+    for round in first..by.rounds {
         let far = |((pose, from), radius): ((&Pose, &Vec3), &f64)| {
             domain.nearest_image(pose.position - from).norm() > by.skin * radius
         };
-        if round == 0 || poses.iter().zip(&found_at).zip(&radii).any(far) {
+        if found_at.is_empty() || poses.iter().zip(&found_at).zip(&radii).any(far) {
             found_at = poses.iter().map(|p| p.position).collect();
             pairs = finder.find(&found_at, &reaches).to_vec();
         }
-        let (mut touched, mut sum) = (false, 0.0);
+        let (mut overlaps, mut sum) = (0, 0.0);
         for &[a, b] in &pairs {
             let (a, b) = (a as usize, b as usize);
             if b < fixed {
@@ -188,7 +213,7 @@ pub(super) fn relax_by(
                 if overlap.depth < touching * least {
                     continue;
                 }
-                touched = true;
+                overlaps += 1;
                 let levers = [overlap.point, overlap.point - offset];
                 let mut weights = [a, b].map(|i| &movers[poses[i].contour]).map(Some);
                 if a < fixed {
@@ -222,7 +247,7 @@ pub(super) fn relax_by(
                     }
                     _ => continue,
                 };
-                touched = true;
+                overlaps += 1;
                 sum += depth / radii[i];
                 let weights = [Some(&movers[poses[i].contour]), None];
                 let way = depth * (1.0 + by.overshoot) + by.margin * radii[i];
@@ -230,13 +255,23 @@ pub(super) fn relax_by(
                 hold(&mut poses[i], i);
             }
         }
-        if !touched {
+        if overlaps == 0 {
             return true;
         }
         if sum < SHRINKS * least_sum.0 {
             least_sum = (sum, round);
         } else if round - least_sum.1 > by.patience {
             return false;
+        }
+        if let Some(follow) = &mut follow {
+            let (bodies, rounds) = (poses.iter().zip(&found_at), round + 1);
+            let state = || State {
+                mark,
+                rounds,
+                least_sum,
+                bodies: bodies.clone().map(|(pose, at)| kept_body(pose, at)).collect(),
+            };
+            follow.round(rounds, overlaps, &state);
         }
     }
     false

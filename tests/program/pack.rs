@@ -1,6 +1,7 @@
 //! Positions files: what `turbid pack` writes of a case or of a run, and what a case reads of it.
 
-use crate::common::Place;
+use crate::common::child::{Guard, poll};
+use crate::common::{Place, has};
 use turbid::case::Setup;
 use turbid::output::OutputFiles;
 use turbid::output::directory::PARTICLES;
@@ -168,6 +169,40 @@ fn the_picture_of_a_packing_is_the_view_of_its_run_at_the_start() {
     assert!(picture("packed.png") == picture("out/dry/pictures/all_0000000000.png"));
     place.refused(&["pack", "dry.toml", "--out", "p.csv", "--picture", "p.jpg"], &["ends in .png"]);
     place.refused(&["pack", "dry.toml", "--out", "p.csv", "--picture", "dry.toml"], &[".png"]);
+}
+
+#[test]
+fn a_dense_packing_that_was_killed_continues_to_the_same_positions() {
+    let place = Place::empty();
+    let text = "domain.size.diameters = [12, 12, 12]\n\
+                particles = [{ shape.sphere.diameter = 1e-3, density = 2500, volume_fraction = 0.62 }]\n\
+                contact = { youngs_modulus = 1e6 }\ndry.impact_speed = 0.1\nrun.end.steps = 1\n";
+    place.write("dense.toml", text);
+    let pack = |out| ["pack", "dense.toml", "--out", out];
+    let child = Guard::of(place.turbid(&pack("packed.csv")));
+    let part = place.path("packed.csv.part");
+    poll("the state of the packing", || part.exists().then_some(()));
+    child.send(libc::SIGKILL);
+    drop(child);
+    assert!(!place.path("packed.csv").exists(), "it was killed before its end");
+    let kept = std::fs::read(&part).unwrap();
+    let said = place.well(&pack("packed.csv"));
+    has(&said, &["note: continues from round ", "in packed.csv.part"]);
+    assert!(!part.exists());
+    place.well(&pack("whole.csv"));
+    assert_eq!(place.text("packed.csv"), place.text("whole.csv"));
+
+    // A state of another packing is replaced, any other file is left alone.
+    place.write("dense.toml", text.replace("12, 12, 12", "7, 7, 7"));
+    place.write("packed.csv.part", kept);
+    has(&place.well(&pack("packed.csv")), &["note: packed.csv.part was of another packing: began anew"]);
+    assert!(!part.exists());
+    place.write("packed.csv.part", "mine");
+    has(
+        &place.well(&pack("packed.csv")),
+        &["packed.csv.part is no state of a packing, and was left as it is"],
+    );
+    assert_eq!(place.text("packed.csv.part"), "mine");
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod machine;
 mod manual;
 mod mesh;
 mod pack;
+mod placing;
 mod preflight;
 mod progress;
 mod report;
@@ -25,6 +26,7 @@ mod walltime;
 
 pub use allocator::Guarded;
 use clap::{Args, Parser, Subcommand};
+use placing::Packing;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -230,7 +232,7 @@ struct PackArguments {
     /// Step of the run, of those whose particles are in a file, instead of the last one.
     #[arg(long, value_name = "N", requires = "from")]
     step: Option<u64>,
-    /// File to write.
+    /// File to write. Until it is there, a dense packing keeps its state in FILE.part, from which the same command continues after it was stopped.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
     /// Also write a picture of the particles of the case (.png).
@@ -354,9 +356,20 @@ fn check_picture(path: &Path) -> Result<()> {
 
 /// Reads a case with its changes and prints its warnings and notes.
 fn load(path: &Path, changes: &Changes) -> Result<Setup> {
+    load_from(path, changes, None)
+}
+
+/// The same, where a dense packing keeps its state in the file `part`, and continues from it.
+fn load_from(path: &Path, changes: &Changes, part: Option<&Path>) -> Result<Setup> {
     let set = changes.all();
-    let read = || case::load(path, &set);
-    let mut setup = terminal::waiting("reading the case and placing its particles", read)?;
+    let (read, notes) = terminal::reporting("reading the case and placing its particles", |status| {
+        let mut packing = Packing::new(status, part);
+        (case::load_followed(path, &set, &mut packing), packing.notes)
+    });
+    for note in notes {
+        terminal::remark("note", &note);
+    }
+    let mut setup = read?;
     setup.plan.threads = changes.threads.unwrap_or(setup.plan.threads);
     for warning in &setup.provenance.warnings {
         warn(warning);

@@ -9,6 +9,7 @@ use crate::math::{Quat, Vec3};
 use crate::memory;
 use crate::packing::dense::{squeeze, widened};
 use crate::packing::mix::mix;
+use crate::packing::progress::Follow;
 use crate::packing::relax::{Pose, random_orientations, relax};
 use crate::packing::{self, Ball};
 use crate::particle::Particle;
@@ -65,6 +66,7 @@ impl Placer<'_> {
         particles: &mut Vec<Particle>,
         filled: Option<f64>,
         warnings: &mut Vec<String>,
+        follow: &mut dyn Follow,
     ) -> Result<()> {
         let Some(&(first, _)) = random.first() else {
             return Ok(());
@@ -79,14 +81,14 @@ impl Placer<'_> {
                 warnings.push(self.begins_in_contact(index, gap, clear));
             }
         }
-        let Err(refused) = self.pack_with((first, random), particles, clear, filled) else {
+        let Err(refused) = self.pack_with((first, random), particles, clear, filled, follow) else {
             return Ok(());
         };
         let mut by_default = random.iter().map(|&(index, _)| index);
         let Some(index) = by_default.find(|&index| asked(index).is_none() && clear > 0.0) else {
             return Err(refused);
         };
-        self.pack_with((first, random), particles, 0.0, filled)?;
+        self.pack_with((first, random), particles, 0.0, filled, follow)?;
         let radii = self.kinds.sections[index].templates().map(|t| self.radius(t));
         let gap = 2.0 * radii.fold(0.0, f64::max) * packing::DEFAULT_GAP;
         warnings.push(self.begins_in_contact(index, gap, clear));
@@ -119,6 +121,7 @@ impl Placer<'_> {
         particles: &mut Vec<Particle>,
         clear: f64,
         filled: Option<f64>,
+        follow: &mut dyn Follow,
     ) -> Result<()> {
         let templates = &self.kinds.templates;
         let mut gaps = vec![0.0; templates.len()];
@@ -197,7 +200,8 @@ impl Placer<'_> {
         }
         mix(&domain, &walls, &contours, &mut poses, particles.len(), seed);
         if is_dense {
-            if !squeeze(&self.domain, &wanted_walls, &contours, &mut poses, particles.len(), wide) {
+            let fixed = particles.len();
+            if !squeeze(&self.domain, &wanted_walls, &contours, &mut poses, fixed, wide, follow) {
                 return Err(self.jammed(first, solid));
             }
             mix(&self.domain, &wanted_walls, &contours, &mut poses, particles.len(), seed);

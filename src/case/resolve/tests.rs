@@ -26,7 +26,8 @@ const TEXT: &str = r"
 fn setup(options: &[&str]) -> Setup {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
     let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
-    resolve(&source, "case", Files::on_disk(Path::new("")), true).unwrap_or_else(|e| panic!("{e}"))
+    resolve(&source, "case", Files::on_disk(Path::new("")), Some(&mut Unfollowed))
+        .unwrap_or_else(|e| panic!("{e}"))
 }
 
 fn close(a: f64, b: f64) {
@@ -344,8 +345,8 @@ const DRY: &str = r"
 #[test]
 fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact() {
     let source = Source::new("case.toml".to_string(), DRY.to_string(), &[]);
-    let setup =
-        resolve(&source, "case", Files::on_disk(Path::new("")), true).unwrap_or_else(|e| panic!("{e}"));
+    let setup = resolve(&source, "case", Files::on_disk(Path::new("")), Some(&mut Unfollowed))
+        .unwrap_or_else(|e| panic!("{e}"));
     assert!(setup.fluid.is_none() && setup.provenance.warnings.is_empty());
     assert!((setup.domain.size() - Vec3::new(0.1, 0.05, 0.2)).norm() < 1e-12);
     assert!(setup.domain.dx <= 0.25 * setup.diameter);

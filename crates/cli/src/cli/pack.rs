@@ -1,7 +1,8 @@
 //! `turbid pack`.
 
+use super::placing::{part_of, remove};
 use super::terminal::{remark, say};
-use super::{PackArguments, check_picture, load};
+use super::{PackArguments, check_picture, load_from};
 use std::path::Path;
 use turbid::error::{Error, Result};
 use turbid::output::directory::{self, refuse_input};
@@ -13,9 +14,10 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     if let Some(picture) = &arguments.picture {
         check_picture(picture)?;
     }
+    let part = part_of(&arguments.out);
     let (rows, what, notes) = match (&arguments.case, &arguments.from) {
         (Some(case), _) => {
-            let setup = load(case, &arguments.changes)?;
+            let setup = load_from(case, &arguments.changes, Some(&part)).inspect_err(|_| remove(&part))?;
             refuse_input(&arguments.out, &setup.provenance.inputs)?;
             if let Some(picture) = &arguments.picture {
                 refuse_input(picture, &setup.provenance.inputs)?;
@@ -42,6 +44,9 @@ pub(super) fn pack(arguments: &PackArguments) -> Result<()> {
     let out = &arguments.out;
     let count = rows.len();
     write_bytes(out, positions::format(rows).as_bytes())?;
+    if arguments.from.is_none() {
+        remove(&part);
+    }
     say(&format!("{count} particles, {what}, written to {}", out.display()));
     for note in notes {
         remark("note", &note);

@@ -4,8 +4,8 @@
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
-use std::sync::OnceLock;
 use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Mutex, OnceLock};
 use std::thread;
 use std::time::Duration;
 use turbid::comm;
@@ -111,19 +111,39 @@ pub(super) fn usage(error: &clap::Error) -> ExitCode {
     exit(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
+/// Text beside a spinner.
+pub(super) struct Status(Mutex<String>);
+
+impl Status {
+    /// Changes the text, unless the spinner reads it at this moment.
+    pub(super) fn set(&self, text: impl FnOnce() -> String) {
+        if let Ok(mut shown) = self.0.try_lock() {
+            *shown = text();
+        }
+    }
+}
+
 /// Does `work`, with a spinner on a terminal if it takes more than [`MOMENT`].
-pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
+pub(super) fn waiting<R>(what: &str, work: impl FnOnce() -> R) -> R {
+    reporting(what, |_| work())
+}
+
+/// The same, where the work changes the text beside the spinner.
+pub(super) fn reporting<R>(what: &str, work: impl FnOnce(&Status) -> R) -> R {
+    let status = Status(Mutex::new(what.to_string()));
     if !speaks() || !io::stderr().is_terminal() {
-        return work();
+        return work(&status);
     }
     let (done, ended) = mpsc::channel::<()>();
     thread::scope(|scope| {
+        let shown = &status;
         let spinner = move || {
             let bar = ProgressBar::new_spinner();
             bar.set_style(ProgressStyle::with_template("{spinner} {msg} {elapsed}").expect("a constant"));
-            bar.set_message(what);
             while ended.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
                 if bar.elapsed() > MOMENT {
+                    let text = shown.0.lock().map_or_else(|_| String::new(), |text| text.clone());
+                    bar.set_message(text);
                     bar.tick();
                 }
             }
@@ -131,7 +151,7 @@ pub(super) fn waiting<R>(what: &'static str, work: impl FnOnce() -> R) -> R {
         };
         // Without a thread there is no spinner.
         let _ = memory::room_for_thread().and_then(|()| thread::Builder::new().spawn_scoped(scope, spinner));
-        let result = work();
+        let result = work(&status);
         drop(done);
         result
     })
