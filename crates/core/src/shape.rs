@@ -91,6 +91,11 @@ pub trait Shape: Send + Sync + Debug {
         (self.signed_distance(point), self.gradient(point))
     }
 
+    /// The gauge, by what factor the body has to grow about its centre to reach the point, and its gradient (1/m), if it has a formula.
+    fn gauge(&self, _point: Vec3) -> Option<(f64, Vec3)> {
+        None
+    }
+
     /// The point of the body that lies furthest along `direction` (body frame, any length but 0).
     fn support(&self, direction: Vec3) -> Vec3;
 

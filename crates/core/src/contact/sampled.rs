@@ -5,8 +5,8 @@
 //! 1. [`portal`]: support points give a direction; at walls it is the normal of the wall.
 //! 2. [`frame`]: a box along that direction, tightened by planes that touch the bodies.
 //! 3. [`side`]: `N_c` times `N_c` lines along each axis of the box. Their ends in the overlap are those of chords of spheres,
-//!    else zeros of convex distances, found to [`PRECISION`] by Newton's method (ellipsoids) or the secant method; sums
-//!    over the lines give volume, centre, area vector and moment.
+//!    else zeros of convex distances, found to [`PRECISION`] by Newton's method (ellipsoids, and superellipsoids with their
+//!    gauge) or the secant method; sums over the lines give volume, centre, area vector and moment.
 //! 4. The depth is the length of the line along the normal through the centre.
 //!
 //! A pair is always measured in the same order: swapping reverses the normal and changes no digit. Formulas and

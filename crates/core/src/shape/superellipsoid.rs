@@ -61,13 +61,45 @@ impl Superellipsoid {
     }
 
     /// The gauge, 1 on the surface, and its gradient (1/m).
-    fn gauge(&self, point: Vec3) -> (f64, Vec3) {
+    fn gauge_of(&self, point: Vec3) -> (f64, Vec3) {
         let scaled = point.component_div(&self.semi_axes);
         let (rho, [to_x, to_y]) = norm(self.p[1], scaled.x.abs(), scaled.y.abs());
         let (gauge, [to_rho, to_z]) = norm(self.p[0], rho, scaled.z.abs());
         let gradient = Vec3::new(to_rho * to_x, to_rho * to_y, to_z);
         let signed = gradient.zip_map(&scaled, |g, x| if x < 0.0 { -g } else { g });
         (gauge, signed.component_div(&self.semi_axes))
+    }
+}
+
+/// Largest exponent that is a multiple of a half and is found by products.
+const MOST_PRODUCTS: f64 = 16.0;
+
+/// `x^p` for `x >= 0`, by products and a square root where that is possible, which takes a tenth of the time.
+fn power(x: f64, p: f64) -> f64 {
+    let halves = 2.0 * p;
+    if halves > 2.0 * MOST_PRODUCTS || halves.fract() != 0.0 {
+        return libm::pow(x, p);
+    }
+    let halves = halves as u32;
+    let (mut product, mut square) = (if halves % 2 == 1 { x.sqrt() } else { 1.0 }, x);
+    let mut left = halves / 2;
+    while left > 0 {
+        if left % 2 == 1 {
+            product *= square;
+        }
+        square *= square;
+        left /= 2;
+    }
+    product
+}
+
+/// `x^(1/p)` for `x >= 0`.
+fn root(x: f64, p: f64) -> f64 {
+    match p {
+        2.0 => x.sqrt(),
+        4.0 => x.sqrt().sqrt(),
+        8.0 => x.sqrt().sqrt().sqrt(),
+        _ => libm::pow(x, 1.0 / p),
     }
 }
 
@@ -78,9 +110,9 @@ fn norm(p: f64, u: f64, v: f64) -> (f64, [f64; 2]) {
         return (0.0, [0.0, 0.0]);
     }
     let (u, v) = (u / largest, v / largest);
-    let powers = [libm::pow(u, p), libm::pow(v, p)];
+    let powers = [power(u, p), power(v, p)];
     let sum = powers[0] + powers[1];
-    let norm = libm::pow(sum, 1.0 / p);
+    let norm = root(sum, p);
     // (x / norm)^(p - 1)
     let slope = |x: f64, power: f64| if x > 0.0 { power / sum * (norm / x) } else { 0.0 };
     (largest * norm, [slope(u, powers[0]), slope(v, powers[1])])
@@ -148,6 +180,14 @@ impl Shape for Superellipsoid {
         self.chart.nearest(point).1
     }
 
+    fn distance_and_gradient(&self, point: Vec3) -> (f64, Vec3) {
+        self.chart.nearest(point)
+    }
+
+    fn gauge(&self, point: Vec3) -> Option<(f64, Vec3)> {
+        Some(self.gauge_of(point))
+    }
+
     fn support(&self, direction: Vec3) -> Vec3 {
         let q = self.p.map(|p| p / (p - 1.0));
         let pull = (direction / direction.amax()).component_mul(&self.semi_axes);
@@ -168,7 +208,7 @@ impl Shape for Superellipsoid {
         let bracket = row::Clip::ball(self.circumradius * level, y, z)?;
         let line = row::Line::new(orientation, y, z);
         let gauge = |x: f64| {
-            let (value, gradient) = self.gauge(line.at(x));
+            let (value, gradient) = self.gauge_of(line.at(x));
             (value, gradient.dot(&line.direction))
         };
         row::convex(gauge, bracket, level, growth < 0.0, 1e-9 * self.inradius)
@@ -178,7 +218,7 @@ impl Shape for Superellipsoid {
     fn surface_mesh(&self, refinement: u32) -> SurfaceMesh {
         surface::icosphere(refinement, |point| {
             let stretched = point.component_mul(&self.semi_axes);
-            stretched / self.gauge(stretched).0
+            stretched / self.gauge_of(stretched).0
         })
     }
 }

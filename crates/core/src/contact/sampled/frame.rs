@@ -99,15 +99,15 @@ fn refine(clipper: &mut Clipper, sides: [&Side; 2], along: Vec3, normal: Vec3, c
     for _ in 0..cuts {
         let corner = clipper.furthest(&along);
         // By the side that is further away.
-        let mut distances = sides.map(|side| (side.distance(corner), side));
-        if distances[0].0 < distances[1].0 {
-            distances.swap(0, 1);
+        let mut heights = sides.map(|side| (side.height(corner), side));
+        if heights[0].0 < heights[1].0 {
+            heights.swap(0, 1);
         }
-        let (distance, side) = distances[0];
-        if distance <= TIGHT * thickness {
+        let (height, side) = heights[0];
+        if height <= TIGHT * thickness {
             break;
         }
-        let Some(plane) = side.cut(corner, distance, clipper.positions()) else {
+        let Some(plane) = side.cut(corner, height, clipper.positions()) else {
             break;
         };
         match clipper.cut(&plane, 0, 0.0) {

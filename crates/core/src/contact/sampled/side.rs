@@ -37,7 +37,7 @@ pub(super) enum Side<'a> {
         growth: f64,
         /// Its faces if it has only flat ones.
         solid: Option<&'a Solid>,
-        /// An ellipsoid that holds it, if that is close.
+        /// A body that holds it, whose chords are found faster, if that is close.
         around: Option<Around>,
     },
     Wall(Surface),
@@ -76,6 +76,23 @@ impl<'a> Side<'a> {
         }
     }
 
+    /// The distance or, where that is faster, the height above a plane that holds the side: less than the distance by little close to the
+    /// surface, and below zero inside alike.
+    pub(super) fn height(&self, at: Vec3) -> f64 {
+        self.plane_of_gauge(at).map_or_else(|| self.distance(at), |(height, _)| height)
+    }
+
+    /// Height above that plane, and its normal, of a body with a gauge.
+    fn plane_of_gauge(&self, at: Vec3) -> Option<(f64, Vec3)> {
+        let Self::Body { around: Some(Around::Gauge { .. }), shape, to_body, centre, growth, .. } = self
+        else {
+            return None;
+        };
+        let (gauge, gradient) = shape.gauge(to_body * (at - centre))?;
+        let length = gradient.norm();
+        (length > 0.0).then(|| ((gauge - 1.0) / length - growth, to_body.tr_mul(&(gradient / length))))
+    }
+
     /// The furthest point of a body along a unit vector; walls have none.
     pub(super) fn support(&self, along: Vec3) -> Option<Vec3> {
         match self {
@@ -109,10 +126,10 @@ impl<'a> Side<'a> {
         faces.chain(wall)
     }
 
-    /// A half-space that holds the side and not `at`, a point at the distance `distance > 0` from it: the surface is
-    /// convex, so the plane touches it. What is outside of a pipe is not; there the chord below the part of the
+    /// A half-space that holds the side and not `at`, a point at the [`height`](Self::height) `height > 0`: the surface is convex, so the plane
+    /// touches it. What is outside of a pipe is not; there the chord below the part of the
     /// pipe in the reach of `corners` holds all of it that counts, if they lie on one side of the axis.
-    pub(super) fn cut(&self, at: Vec3, distance: f64, corners: impl Iterator<Item = Vec3>) -> Option<Plane> {
+    pub(super) fn cut(&self, at: Vec3, height: f64, corners: impl Iterator<Item = Vec3>) -> Option<Plane> {
         if let Self::Wall(Surface::Cylinder { point, axis, radius, pipe: true }) = self {
             let away = -self.gradient(at);
             let across = axis.cross(&away);
@@ -125,13 +142,13 @@ impl<'a> Side<'a> {
                 let x = arm.dot(&across);
                 (lo, hi) = (lo.min(x), hi.max(x));
             }
-            let height = |x: f64| (radius * radius - x * x).max(0.0).sqrt();
-            let chord = away * (hi - lo) - across * (height(hi) - height(lo));
+            let rise = |x: f64| (radius * radius - x * x).max(0.0).sqrt();
+            let chord = away * (hi - lo) - across * (rise(hi) - rise(lo));
             let normal = -chord.try_normalize(0.0)?;
-            return Some(Plane { normal, offset: normal.dot(&(point + across * lo + away * height(lo))) });
+            return Some(Plane { normal, offset: normal.dot(&(point + across * lo + away * rise(lo))) });
         }
-        let normal = self.gradient(at);
-        Some(Plane { normal, offset: normal.dot(&at) - distance })
+        let normal = self.plane_of_gauge(at).map_or_else(|| self.gradient(at), |(_, normal)| normal);
+        Some(Plane { normal, offset: normal.dot(&at) - height })
     }
 
     /// Part of a line inside the side. Parts before `from` and after `to` are of no interest: intervals may be cut off
@@ -184,28 +201,37 @@ impl<'a> Side<'a> {
     }
 }
 
-/// An ellipsoid that holds a grown body.
-pub(super) struct Around {
-    /// Inverse semi-axes (1/m).
-    inverse: Vec3,
-    /// It is the body.
-    is_exact: bool,
+/// A body that holds a grown one.
+pub(super) enum Around {
+    Ellipsoid {
+        /// Inverse semi-axes (1/m).
+        inverse: Vec3,
+        /// It is the body.
+        is_exact: bool,
+    },
+    /// The body itself, scaled by this factor.
+    Gauge { scale: f64 },
 }
 
 impl Around {
-    /// For a sphere or an ellipsoid.
+    /// For a sphere, an ellipsoid or a body with a gauge.
     fn new(shape: &dyn Shape, growth: f64) -> Option<Self> {
         if let Some(radius) = shape.as_sphere().map(|radius| radius + growth).filter(|radius| *radius > 0.0) {
-            return Some(Self { inverse: Vec3::repeat(1.0 / radius), is_exact: true });
+            return Some(Self::Ellipsoid { inverse: Vec3::repeat(1.0 / radius), is_exact: true });
         }
-        let semi_axes = shape.as_ellipsoid()?;
-        let mean = (semi_axes.max() * semi_axes.min()).sqrt();
-        let squares = Ellipsoid::around(semi_axes.component_mul(&semi_axes), growth.max(0.0), mean);
-        Some(Self { inverse: squares.map(|square| square.sqrt().recip()), is_exact: growth == 0.0 })
+        if let Some(semi_axes) = shape.as_ellipsoid() {
+            let mean = (semi_axes.max() * semi_axes.min()).sqrt();
+            let squares = Ellipsoid::around(semi_axes.component_mul(&semi_axes), growth.max(0.0), mean);
+            let inverse = squares.map(|square| square.sqrt().recip());
+            return Some(Self::Ellipsoid { inverse, is_exact: growth == 0.0 });
+        }
+        // A body with a gauge is symmetric about its centre: half of its thickness is the radius of a sphere in it.
+        let scale = 1.0 + growth.max(0.0) / (0.5 * shape.thickness());
+        shape.gauge(Vec3::zeros()).map(|_| Self::Gauge { scale })
     }
 
-    /// Part of a line inside the body, in its own frame, as [`Side::intervals`]. Stretched, the line has a chord in the unit sphere, and from its
-    /// ends, or from those of the part of interest, Newton's method never passes the surface.
+    /// Part of a line inside the body, in its own frame, as [`Side::intervals`]: the chord of the body that holds it, and from its ends, or
+    /// from those of the part of interest, Newton's method, which never passes the surface.
     fn within(
         &self,
         line: &Line,
@@ -213,16 +239,16 @@ impl Around {
         [from, to]: [f64; 2],
         precision: f64,
     ) -> Option<(f64, f64)> {
-        let [origin, along] = [line.from, line.along].map(|v| v.component_mul(&self.inverse));
-        let square = along.norm_squared();
-        let middle = -origin.dot(&along) / square;
-        let left = 1.0 - (origin + along * middle).norm_squared();
-        if left <= 0.0 {
-            return None;
-        }
-        let half = (left / square).sqrt();
-        let (enter, leave) = (middle - half, middle + half);
-        if self.is_exact {
+        let (shape, growth) = body;
+        let (enter, leave) = match self {
+            Self::Ellipsoid { inverse, .. } => Self::of_ellipsoid(inverse, line)?,
+            Self::Gauge { scale } => Self::of_gauge((shape, *scale), line, [from, to], precision)?,
+        };
+        let is_exact = match self {
+            Self::Ellipsoid { is_exact, .. } => *is_exact,
+            Self::Gauge { .. } => growth == 0.0,
+        };
+        if is_exact {
             return Some((enter, leave));
         }
         // Most that begin where the part of interest does are inside there.
@@ -233,6 +259,54 @@ impl Around {
         };
         let enter = end(from, enter, leave)?;
         Some((enter, end(to, leave, enter)?))
+    }
+
+    /// The chord of an ellipsoid: stretched, the line has one in the unit sphere.
+    fn of_ellipsoid(inverse: &Vec3, line: &Line) -> Option<(f64, f64)> {
+        let [origin, along] = [line.from, line.along].map(|v| v.component_mul(inverse));
+        let square = along.norm_squared();
+        let middle = -origin.dot(&along) / square;
+        let left = 1.0 - (origin + along * middle).norm_squared();
+        if left <= 0.0 {
+            return None;
+        }
+        let half = (left / square).sqrt();
+        Some((middle - half, middle + half))
+    }
+
+    /// The part between `from` and `to` of the chord of a body `scale` times as large. The gauge is convex along the line.
+    fn of_gauge(
+        (shape, scale): (&dyn Shape, f64),
+        line: &Line,
+        [from, to]: [f64; 2],
+        precision: f64,
+    ) -> Option<(f64, f64)> {
+        let end = |start: f64, far: f64| {
+            let mut t = start;
+            for _ in 0..STEPS {
+                let (gauge, gradient) = shape.gauge(line.at(t))?;
+                let above = gauge - scale;
+                if above <= precision * gradient.norm() {
+                    return Some(t);
+                }
+                let step = above / gradient.dot(&line.along);
+                let ahead = step * (far - start) < 0.0 && (far - t).abs() >= step.abs();
+                if !ahead {
+                    return None;
+                }
+                t -= step;
+            }
+            None
+        };
+        let reach = scale * shape.circumradius();
+        let middle = -line.from.dot(&line.along);
+        let half = (reach * reach - (line.from + line.along * middle).norm_squared()).max(0.0).sqrt();
+        let (low, high) = (from.max(middle - half), to.min(middle + half));
+        if low >= high {
+            return None;
+        }
+        let enter = end(low, high)?;
+        Some((enter, end(high, enter)?))
     }
 
     /// The end of the part inside, from outside on towards the other one; none if the line misses the body.

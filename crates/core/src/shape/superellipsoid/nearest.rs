@@ -10,10 +10,13 @@
 //! (a u2 r_x + b v2 r_y) k1 / c - r_z m1 = 0                       (towards the pole)
 //! ```
 //!
-//! by Newton's method from the highest planes of a fixed grid. Where a step does not lead higher, the next start is
-//! the highest point of a stencil that is refined each time. The error of the height is of second order in the error
-//! of the point, and never positive. A distance costs some 1 to 20 microseconds, most for boxes with sharp edges.
+//! by Newton's method, outside from where the way to the centre meets the surface: the body is convex, and where the
+//! method arrives is the nearest point. Inside, or where it does not arrive, it begins at the highest planes of a fixed
+//! grid; where a step does not lead higher, the next start is the highest point of a stencil that is refined each time.
+//! The error of the height is of second order in the error of the point, and never positive. A distance costs some 0.3
+//! to 3 microseconds outside, 1 to 20 inside, most for boxes with sharp edges.
 
+use super::{norm, power, root};
 use crate::math::Vec3;
 
 /// Intervals of the grid of starting points in each coordinate.
@@ -44,21 +47,20 @@ impl Pair {
     /// dual point otherwise: powers are then 1 and more, and derivatives finite.
     fn new(p: f64, coordinate: f64) -> Self {
         let is_primal = p >= 2.0;
-        let power = if is_primal { p } else { p / (p - 1.0) };
+        let exponent = if is_primal { p } else { p / (p - 1.0) };
         // The larger one made 1, whose power is free.
         let largest = coordinate.max(1.0 - coordinate);
         let (x, y) = ((1.0 - coordinate) / largest, coordinate / largest);
-        let (x_power, y_power) =
-            if is_two(power) { (x * x, y * y) } else { (libm::pow(x, power), libm::pow(y, power)) };
+        let (x_power, y_power) = (power(x, exponent), power(y, exponent));
         let sum = x_power + y_power;
-        let norm = if is_two(power) { sum.sqrt() } else { libm::pow(sum, 1.0 / power) };
+        let norm = root(sum, exponent);
         let (u, v) = (x / norm, y / norm);
-        // u^(power - 1), and one power less.
+        // u^(exponent - 1), and one power less.
         let dual = |x: f64, x_power: f64, u: f64| {
             let m = if x > 0.0 { x_power / x * (norm / sum) } else { 0.0 };
             let lower = if u > 0.0 {
                 m / u
-            } else if is_two(power) {
+            } else if is_two(exponent) {
                 1.0
             } else {
                 0.0
@@ -68,7 +70,7 @@ impl Pair {
         let ((m, m_by_u), (k, k_by_v)) = (dual(x, x_power, u), dual(y, y_power, v));
         let du = -(1.0 + u * (k - m)) / (largest * norm);
         let dv = (1.0 - v * (k - m)) / (largest * norm);
-        let (dm, dk) = ((power - 1.0) * m_by_u * du, (power - 1.0) * k_by_v * dv);
+        let (dm, dk) = ((exponent - 1.0) * m_by_u * du, (exponent - 1.0) * k_by_v * dv);
         if is_primal {
             Self { u, v, m, k, du, dv, dm, dk }
         } else {
@@ -120,6 +122,30 @@ impl Chart {
     /// Signed distance (m) and its gradient.
     pub(super) fn nearest(&self, point: Vec3) -> (f64, Vec3) {
         let p = point.abs();
+        let best = self.outside(p).unwrap_or_else(|| self.highest(p));
+        (best.height, best.normal.zip_map(&point, |n, x| if x < 0.0 { -n } else { n }))
+    }
+
+    /// Newton's method from where the way to the centre meets the surface: outside, where it arrives is the nearest point, as the body is convex.
+    fn outside(&self, p: Vec3) -> Option<Place> {
+        let scaled = p.component_div(&self.semi_axes);
+        let rho = norm(self.p[1], scaled.x, scaled.y).0;
+        let coordinate = |p: f64, u: f64, v: f64| {
+            let (u, v) = if p >= 2.0 { (u, v) } else { (libm::pow(u, p - 1.0), libm::pow(v, p - 1.0)) };
+            v / (u + v)
+        };
+        let at = [coordinate(self.p[0], rho, scaled.z), coordinate(self.p[1], scaled.x, scaled.y)];
+        let start = self.place(p, at.map(|x| if x.is_nan() { 0.5 } else { x }));
+        // The plane there holds the body, so that the point is outside.
+        if start.height <= 0.0 {
+            return None;
+        }
+        let (found, arrived) = self.newton(p, start);
+        arrived.then_some(found)
+    }
+
+    /// The highest place over the whole octant.
+    fn highest(&self, p: Vec3) -> Place {
         let heights: [f64; (GRID + 1) * (GRID + 1)] =
             std::array::from_fn(|n| self.grid[n].normal.dot(&p) - self.grid[n].offset);
         let highest = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -133,8 +159,7 @@ impl Chart {
                 }
             }
         }
-        let best = best.expect("the highest point of the grid is a peak");
-        (best.height, best.normal.zip_map(&point, |n, x| if x < 0.0 { -n } else { n }))
+        best.expect("the highest point of the grid is a peak")
     }
 
     /// Point, normal and height of `p` above the plane there.
