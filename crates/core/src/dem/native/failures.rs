@@ -30,7 +30,8 @@ pub(super) fn too_deep(step: u64, a: &Particle, partner: Arguments, depth: f64, 
         step,
         a,
         format_args!(
-            " and {partner}: overlap {depth:.3e} m deep, more than a quarter of the thickness {thickness:.3e} m"
+            " and {partner}: overlap {depth:.3e} m deep, more than a quarter of the thickness {thickness:.3e} m; those of stiffer \
+             materials (youngs_modulus) are less deep"
         ),
     )
 }
