@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use bytemuck::Zeroable;
 use std::cell::Cell;
 use std::io;
+use std::sync::mpsc::{self, Sender};
 
 /// Memory of a run per particle (bytes), about: its state, loads and cells with copies of neighbours, and those that
 /// are written.
@@ -51,14 +52,28 @@ pub fn zeroed<T: Zeroable + Clone>(len: usize, what: &str) -> Result<Vec<T>> {
     Ok(list)
 }
 
-/// Checks that a thread can be started: without room for what it makes at its start, beside its stack of 2 MiB, the standard library panics in it, or
-/// the C library ends the process.
+/// Starts a thread by `spawn` if there is room for what it makes at its start, beside its stack of 2 MiB: without, the standard library panics in
+/// it, or the C library ends the process. Waits until the thread drops what `spawn` is given, first of all, so that nothing takes its room.
 ///
 /// # Errors
-/// That memory is out.
-pub fn room_for_thread() -> io::Result<()> {
+/// That memory is out, or that of `spawn`.
+pub fn start_thread<T>(spawn: impl FnOnce(Sender<()>) -> io::Result<T>) -> io::Result<T> {
     const ROOM: usize = 3 << 20;
-    trying(|| Vec::<u8>::new().try_reserve_exact(ROOM)).map_err(|_| io::ErrorKind::OutOfMemory.into())
+    // The GNU C library reserves this much for a thread, if it can, before the standard library makes what it needs.
+    const ARENA: usize = 64 << 20;
+    let reserved = |bytes| {
+        let mut room = Vec::<u8>::new();
+        trying(|| room.try_reserve_exact(bytes)).map(|()| room)
+    };
+    reserved(ROOM).map_err(|_| io::ErrorKind::OutOfMemory)?;
+    // Where little would be left, it must not.
+    let is_tight = reserved(ARENA).is_ok() && reserved(ARENA + ROOM).is_err();
+    let held = if is_tight { reserved(ARENA / 2 + ROOM).ok() } else { None };
+    let (starting, started) = mpsc::channel();
+    let thread = spawn(starting)?;
+    let _ = started.recv();
+    drop(held);
+    Ok(thread)
 }
 
 /// The error for an allocation of this many bytes that failed.

@@ -119,7 +119,12 @@ pub(super) fn serve(flags: &LiveFlags, options: &mut RunOptions, terminal: &Arc<
     let (server, address) = bind(port)?;
     options.progress = Some(Arc::new(Follower { terminal: Arc::clone(terminal), live: Arc::clone(&live) }));
     let thread = thread::Builder::new().name("server".to_string());
-    let started = memory::room_for_thread().and_then(|()| thread.spawn(move || server.serve(&live)));
+    let started = memory::start_thread(|starting| {
+        thread.spawn(move || {
+            drop(starting);
+            server.serve(&live);
+        })
+    });
     started.map_err(|error| Error::io("start a thread of", Path::new("this process"), error))?;
     notice(&format!("live page: {address}"));
     Ok(())

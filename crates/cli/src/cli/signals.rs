@@ -38,8 +38,7 @@ pub(super) fn listen(options: &RunOptions, answer: &'static str) -> Result<()> {
         }
         flag::register(SIGUSR1, Arc::clone(&options.checkpoint))?;
         let mut interrupts = Signals::new([SIGINT])?;
-        memory::room_for_thread()?;
-        thread::Builder::new().name("signals".to_string()).spawn(move || {
+        let mut listen = move || {
             let mut first = None;
             for _ in &mut interrupts {
                 match first {
@@ -51,6 +50,12 @@ pub(super) fn listen(options: &RunOptions, answer: &'static str) -> Result<()> {
                     Some(_) => {}
                 }
             }
+        };
+        memory::start_thread(|starting| {
+            thread::Builder::new().name("signals".to_string()).spawn(move || {
+                drop(starting);
+                listen();
+            })
         })?;
         Ok(())
     };

@@ -137,7 +137,8 @@ pub(super) fn reporting<R>(what: &str, work: impl FnOnce(&Status) -> R) -> R {
     let (done, ended) = mpsc::channel::<()>();
     thread::scope(|scope| {
         let shown = &status;
-        let spinner = move || {
+        let spinner = move |starting| {
+            drop(starting);
             let bar = ProgressBar::new_spinner();
             bar.set_style(ProgressStyle::with_template("{spinner} {msg} {elapsed}").expect("a constant"));
             while ended.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
@@ -150,7 +151,9 @@ pub(super) fn reporting<R>(what: &str, work: impl FnOnce(&Status) -> R) -> R {
             bar.finish_and_clear();
         };
         // Without a thread there is no spinner.
-        let _ = memory::room_for_thread().and_then(|()| thread::Builder::new().spawn_scoped(scope, spinner));
+        let _ = memory::start_thread(|starting| {
+            thread::Builder::new().spawn_scoped(scope, move || spinner(starting))
+        });
         let result = work(&status);
         drop(done);
         result

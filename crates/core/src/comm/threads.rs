@@ -345,11 +345,13 @@ fn start<R: Send>(
     let results: Vec<_> = std::thread::scope(|scope| {
         let threads: Result<Vec<_>> = (0..ranks)
             .map(|rank| {
-                let begin = move || complete.wait().then(|| run(rank));
-                let refused = |error| no_thread((rank, ranks), &error);
-                memory::room_for_thread()
-                    .and_then(|()| thread(rank).spawn_scoped(scope, begin))
-                    .map_err(refused)
+                let start = |starting| {
+                    thread(rank).spawn_scoped(scope, move || {
+                        drop(starting);
+                        complete.wait().then(|| run(rank))
+                    })
+                };
+                memory::start_thread(start).map_err(|error| no_thread((rank, ranks), &error))
             })
             .collect();
         complete.set(threads.is_ok()).expect("told once");

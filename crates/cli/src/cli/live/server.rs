@@ -89,13 +89,14 @@ impl Server {
             }
             let one = Counted(Arc::clone(&open));
             let (site, token) = (Arc::clone(site), Arc::clone(&token));
-            let work = move || {
+            let work = move |starting| {
+                drop(starting);
                 let _one = one;
                 // A client that is gone misses nothing.
                 let _ = converse(stream, &token, &*site);
             };
             let thread = thread::Builder::new().name("page".to_string());
-            let _ = memory::room_for_thread().and_then(|()| thread.spawn(work));
+            let _ = memory::start_thread(|starting| thread.spawn(|| work(starting)));
         }
     }
 }
