@@ -56,17 +56,19 @@ impl Files<'_> {
         Ok(bytes)
     }
 
+    /// The contents of the file of a mesh.
+    pub(super) fn mesh(&self, name: &str) -> Result<Vec<u8>, ShapeError> {
+        let unread = |e| ShapeError::Mesh { path: self.path(name), problem: format!("cannot be read: {e}") };
+        self.contents(name, input::MESH).map_err(unread)
+    }
+
     /// The convex parts of the body in a file.
     pub(super) fn decomposed(&self, name: &str, excess: f64) -> Result<Arc<Decomposition>, ShapeError> {
         let same = |(known, part, _): &&(String, f64, _)| known == name && part.total_cmp(&excess).is_eq();
         if let Some((.., found)) = self.decomposed.borrow().iter().find(same) {
             return Ok(Arc::clone(found));
         }
-        let path = self.path(name);
-        let failed =
-            |problem| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {problem}") };
-        let bytes = self.contents(name, input::MESH).map_err(failed)?;
-        let found = Arc::new(decompose(&path, &bytes, excess)?);
+        let found = Arc::new(decompose(&self.path(name), &self.mesh(name)?, excess)?);
         self.decomposed.borrow_mut().push((name.to_owned(), excess, Arc::clone(&found)));
         Ok(found)
     }

@@ -7,7 +7,6 @@ use super::listed::Listed;
 use super::materials::Materials;
 use super::sizes::sizes;
 use crate::error::{Error, Result};
-use crate::input;
 use crate::math::{Quat, Vec3, nalgebra::Quaternion};
 use crate::mesh::{
     self,
@@ -332,8 +331,7 @@ impl Shapes<'_> {
         if section.concave.is_some() || section.excess.is_some() {
             return self.decomposed(section, factor);
         }
-        let meshes = (self.files.contents(&section.file, input::MESH))
-            .map_err(|e| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {e}") })
+        let meshes = (self.files.mesh(&section.file))
             .and_then(|bytes| {
                 if section.parts {
                     mesh::parts(&path, &bytes, factor, section.hull)

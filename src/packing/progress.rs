@@ -38,17 +38,19 @@ impl Follow for Unfollowed {}
 /// Mark of bodies of these reaches (m) that begin in a box.
 pub(super) fn mark(domain: &Domain, reaches: &[f64], poses: &[Pose]) -> u64 {
     let size: [f64; 3] = domain.size().into();
-    let of_pose = |pose: &Pose| -> [f64; 7] {
-        let ([x, y, z], [i, j, k, w]) = (pose.position.into(), pose.orientation.coords.into());
-        [x, y, z, i, j, k, w]
-    };
-    let numbers = size.into_iter().chain(reaches.iter().copied()).chain(poses.iter().flat_map(of_pose));
+    let numbers = size.into_iter().chain(reaches.iter().copied()).chain(poses.iter().flat_map(numbers));
     xxh3_64(&numbers.flat_map(|x| x.to_bits().to_le_bytes()).collect::<Vec<u8>>())
+}
+
+/// Position and orientation.
+fn numbers(pose: &Pose) -> [f64; 7] {
+    let ([x, y, z], [i, j, k, w]) = (pose.position.into(), pose.orientation.coords.into());
+    [x, y, z, i, j, k, w]
 }
 
 /// A body of a [`State`].
 pub(super) fn body(pose: &Pose, found_at: &Vec3) -> [f64; 10] {
-    let ([x, y, z], [i, j, k, w]) = (pose.position.into(), pose.orientation.coords.into());
+    let [x, y, z, i, j, k, w] = numbers(pose);
     [x, y, z, i, j, k, w, found_at.x, found_at.y, found_at.z]
 }
 

@@ -7,11 +7,9 @@ use super::PlacedWall;
 use crate::contact::{CohesionLaw, ContactModel};
 use crate::domain::Domain;
 use crate::error::Result;
-use crate::input;
 use crate::math::{Quat, Vec3, bounding_box};
 use crate::mesh;
 use crate::particle::Template;
-use crate::shape::ShapeError;
 use crate::wall::{FreeSide, PlacedMesh};
 use std::sync::Arc;
 
@@ -33,9 +31,7 @@ pub(super) fn placed(
         SideKind::Inside => FreeSide::Inside,
         SideKind::Both => FreeSide::Both,
     });
-    let read = (files.contents(&section.file, input::MESH))
-        .map_err(|e| ShapeError::Mesh { path: path.clone(), problem: format!("cannot be read: {e}") })
-        .and_then(|bytes| mesh::wall(&path, &bytes, unit, free));
+    let read = files.mesh(&section.file).and_then(|bytes| mesh::wall(&path, &bytes, unit, free));
     let (mesh, of_file) = read.map_err(|error| {
         let title = format!("the mesh of the wall \"{name}\", {error}");
         document.error(&file, &title, "no wall can be made of this", "")

@@ -1,7 +1,8 @@
 //! Dense packings: how far they are, and a file from which `turbid pack` continues.
 
-use super::terminal::Status;
-use std::io::{self, IsTerminal, Write};
+use super::progress::LINE_INTERVAL;
+use super::terminal::{Status, notice};
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use turbid::output::write_bytes;
@@ -9,8 +10,6 @@ use turbid::packing::progress::{Follow, State};
 
 /// Time between states that are written.
 const WRITTEN_EVERY: Duration = Duration::from_secs(20);
-/// Time between plain lines.
-const LINE_EVERY: Duration = Duration::from_secs(5);
 
 /// A follower of the packing of a case.
 pub(super) struct Packing<'a> {
@@ -18,14 +17,15 @@ pub(super) struct Packing<'a> {
     /// File of the state.
     part: Option<&'a Path>,
     written: Option<Instant>,
-    line: Instant,
+    /// Time of the last plain line; none if there are to be none.
+    line: Option<Instant>,
     /// Notes for the user at the end.
     pub(super) notes: Vec<String>,
 }
 
 impl<'a> Packing<'a> {
     pub(super) fn new(status: &'a Status, part: Option<&'a Path>) -> Self {
-        Self { status, part, written: None, line: Instant::now(), notes: Vec::new() }
+        Self { status, part, written: None, line: part.map(|_| Instant::now()), notes: Vec::new() }
     }
 
     /// Writes the state, or notes why that failed: no reason to end.
@@ -81,10 +81,9 @@ impl Follow for Packing<'_> {
     fn round(&mut self, rounds: usize, overlaps: usize, state: &dyn Fn() -> State) {
         let text = || format!("packing densely: round {rounds}, {overlaps} overlaps left");
         self.status.set(text);
-        if !io::stderr().is_terminal() && self.line.elapsed() > LINE_EVERY {
-            self.line = Instant::now();
-            // Progress that cannot be shown is no reason to end.
-            let _ = writeln!(io::stderr(), "{}", text());
+        if !io::stderr().is_terminal() && self.line.is_some_and(|last| last.elapsed() > LINE_INTERVAL) {
+            self.line = Some(Instant::now());
+            notice(&text());
         }
         if let Some(part) = self.part
             && self.written.is_none_or(|written| written.elapsed() > WRITTEN_EVERY)

@@ -125,7 +125,7 @@ enum Target {
 /// Time between updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(200);
 /// Time between plain lines.
-const LINE_INTERVAL: Duration = Duration::from_secs(5);
+pub(super) const LINE_INTERVAL: Duration = Duration::from_secs(5);
 /// Weight of the newest rate: the estimate follows a change within a few updates and does not flicker.
 const NEW_WEIGHT: f64 = 0.3;
 

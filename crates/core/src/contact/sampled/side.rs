@@ -240,13 +240,11 @@ impl Around {
         precision: f64,
     ) -> Option<(f64, f64)> {
         let (shape, growth) = body;
-        let (enter, leave) = match self {
-            Self::Ellipsoid { inverse, .. } => Self::of_ellipsoid(inverse, line)?,
-            Self::Gauge { scale } => Self::of_gauge((shape, *scale), line, [from, to], precision)?,
-        };
-        let is_exact = match self {
-            Self::Ellipsoid { is_exact, .. } => *is_exact,
-            Self::Gauge { .. } => growth == 0.0,
+        let ((enter, leave), is_exact) = match self {
+            Self::Ellipsoid { inverse, is_exact } => (Self::of_ellipsoid(inverse, line)?, *is_exact),
+            Self::Gauge { scale } => {
+                (Self::of_gauge((shape, *scale), line, [from, to], precision)?, growth == 0.0)
+            }
         };
         if is_exact {
             return Some((enter, leave));
@@ -281,23 +279,11 @@ impl Around {
         [from, to]: [f64; 2],
         precision: f64,
     ) -> Option<(f64, f64)> {
-        let end = |start: f64, far: f64| {
-            let mut t = start;
-            for _ in 0..STEPS {
-                let (gauge, gradient) = shape.gauge(line.at(t))?;
-                let above = gauge - scale;
-                if above <= precision * gradient.norm() {
-                    return Some(t);
-                }
-                let step = above / gradient.dot(&line.along);
-                let ahead = step * (far - start) < 0.0 && (far - t).abs() >= step.abs();
-                if !ahead {
-                    return None;
-                }
-                t -= step;
-            }
-            None
+        let above = |at: Vec3| {
+            let (gauge, gradient) = shape.gauge(at)?;
+            Some((gauge - scale, gradient.dot(&line.along), precision * gradient.norm()))
         };
+        let end = |start, far| newton(line, [start, far], above);
         let reach = scale * shape.circumradius();
         let middle = -line.from.dot(&line.along);
         let half = (reach * reach - (line.from + line.along * middle).norm_squared()).max(0.0).sqrt();
@@ -313,25 +299,37 @@ impl Around {
     fn nearer(
         line: &Line,
         (shape, growth): (&dyn Shape, f64),
-        [start, end]: [f64; 2],
+        ends: [f64; 2],
         precision: f64,
     ) -> Option<f64> {
-        let mut t = start;
-        for _ in 0..STEPS {
-            let (distance, gradient) = shape.distance_and_gradient(line.at(t));
-            let (left, slope) = (distance - growth, gradient.dot(&line.along));
-            if left <= precision {
-                return Some(t);
-            }
-            let step = left / slope;
-            let ahead = step * (end - start) < 0.0 && (end - t).abs() >= step.abs();
-            if !ahead {
-                return None;
-            }
-            t -= step;
-        }
-        None
+        newton(line, ends, |at| {
+            let (distance, gradient) = shape.distance_and_gradient(at);
+            Some((distance - growth, gradient.dot(&line.along), precision))
+        })
     }
+}
+
+/// Newton's method along a line for a convex function, positive at the start: the first point on the way to the end where it is within its
+/// precision. `above` gives its value, its slope and that precision.
+fn newton(
+    line: &Line,
+    [start, end]: [f64; 2],
+    above: impl Fn(Vec3) -> Option<(f64, f64, f64)>,
+) -> Option<f64> {
+    let mut t = start;
+    for _ in 0..STEPS {
+        let (left, slope, precision) = above(line.at(t))?;
+        if left <= precision {
+            return Some(t);
+        }
+        let step = left / slope;
+        let ahead = step * (end - start) < 0.0 && (end - t).abs() >= step.abs();
+        if !ahead {
+            return None;
+        }
+        t -= step;
+    }
+    None
 }
 
 /// Course of a line near a surface.

@@ -46,7 +46,7 @@ impl Pair {
     /// The direction of the point runs straight from `(1, 0)` to `(0, 1)` with the coordinate for `p >= 2`, that of the
     /// dual point otherwise: powers are then 1 and more, and derivatives finite.
     fn new(p: f64, coordinate: f64) -> Self {
-        let is_primal = p >= 2.0;
+        let is_primal = is_primal(p);
         let exponent = if is_primal { p } else { p / (p - 1.0) };
         // The larger one made 1, whose power is free.
         let largest = coordinate.max(1.0 - coordinate);
@@ -77,6 +77,18 @@ impl Pair {
             Self { u: m, v: k, m: u, k: v, du: dm, dv: dk, dm: du, dk: dv }
         }
     }
+
+    /// The coordinate of the direction of `u, v >= 0`, the middle if it has none.
+    fn coordinate(p: f64, u: f64, v: f64) -> f64 {
+        let (u, v) = if is_primal(p) { (u, v) } else { (libm::pow(u, p - 1.0), libm::pow(v, p - 1.0)) };
+        let coordinate = v / (u + v);
+        if coordinate.is_nan() { 0.5 } else { coordinate }
+    }
+}
+
+/// True if coordinates are those of the point, else those of the dual one.
+fn is_primal(p: f64) -> bool {
+    p >= 2.0
 }
 
 /// For the ellipsoid's exponent, which is exact.
@@ -130,12 +142,8 @@ impl Chart {
     fn outside(&self, p: Vec3) -> Option<Place> {
         let scaled = p.component_div(&self.semi_axes);
         let rho = norm(self.p[1], scaled.x, scaled.y).0;
-        let coordinate = |p: f64, u: f64, v: f64| {
-            let (u, v) = if p >= 2.0 { (u, v) } else { (libm::pow(u, p - 1.0), libm::pow(v, p - 1.0)) };
-            v / (u + v)
-        };
-        let at = [coordinate(self.p[0], rho, scaled.z), coordinate(self.p[1], scaled.x, scaled.y)];
-        let start = self.place(p, at.map(|x| if x.is_nan() { 0.5 } else { x }));
+        let at = [(self.p[0], rho, scaled.z), (self.p[1], scaled.x, scaled.y)];
+        let start = self.place(p, at.map(|(p, u, v)| Pair::coordinate(p, u, v)));
         // The plane there holds the body, so that the point is outside.
         if start.height <= 0.0 {
             return None;
