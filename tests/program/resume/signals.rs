@@ -177,6 +177,8 @@ fn the_processes_of_a_job_write_a_checkpoint_that_its_launcher_is_asked_for() {
     let step = poll("a checkpoint", || checkpoints(&place, "out").last().copied());
     child.send(libc::SIGTERM);
     poll("the end of the job", || child.0.try_wait().unwrap());
+    // The launcher may end before its processes.
+    poll("the end of its processes", || std::fs::File::open(place.path("out")).unwrap().try_lock().ok());
     // The signal that ends the job may leave time for another one.
     let newest = checkpoints(&place, "out").last().copied().unwrap();
     assert!(newest >= step);
