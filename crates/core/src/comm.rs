@@ -66,7 +66,11 @@ trait Transport {
     fn all_gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>>;
     fn gather(&self, bytes: Vec<u8>) -> Vec<Vec<u8>>;
     fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>>;
+    fn route(&self, messages: Vec<Routed>) -> Vec<Routed>;
 }
+
+/// A message of [`Comm::route`], with the rank that it goes to or comes from.
+pub type Routed = (usize, Vec<u8>);
 
 /// The messages of a [`Halo`], which makes sure that buffers are used only while nothing is under way.
 trait Pattern<T>: Send {
@@ -267,6 +271,34 @@ impl Comm {
         let counter = &transport.counters().exchange;
         counter.add(messages.len(), messages.iter().map(Vec::len).sum());
         counter.time(|| transport.exchange(peers, messages))
+    }
+
+    /// Sends each message to its rank, at most one to each, and returns those sent here with their senders, ascending: for ranks that do not
+    /// know who sends to them. What a rank sends to itself is not copied.
+    ///
+    /// Costs a sum over all ranks, of a number for each, besides the messages.
+    pub fn route(&self, mut messages: Vec<Routed>) -> Vec<Routed> {
+        let Some(transport) = self.transport() else {
+            return messages;
+        };
+        let own = messages.iter().position(|(to, _)| *to == self.rank()).map(|at| messages.swap_remove(at));
+        let counters = transport.counters();
+        counters.collective.add(1, size_of::<u64>() * self.size());
+        counters.exchange.add(messages.len(), messages.iter().map(|(_, message)| message.len()).sum());
+        let mut received = counters.exchange.time(|| transport.route(messages));
+        received.extend(own);
+        received.sort_unstable_by_key(|&(from, _)| from);
+        received
+    }
+
+    /// A copy of the communicator of these ranks for a library that uses MPI itself, as a handle of Fortran's, which every language
+    /// has; it is never freed. None if the ranks are no processes. Collective.
+    pub fn duplicate(&self) -> Option<i32> {
+        match self {
+            #[cfg(feature = "mpi")]
+            Self::Mpi(comm) => Some(comm.duplicate()),
+            _ => None,
+        }
     }
 
     /// Sets up a fixed pattern: message lengths `lengths[i]` with `peers[i]`, in both directions. A rank may be its

@@ -10,7 +10,7 @@
 mod pattern;
 
 use super::traffic::Counters;
-use super::{Pattern, Transport};
+use super::{Pattern, Routed, Transport};
 use crate::error::Result;
 use ::mpi::collective::SystemOperation;
 use ::mpi::environment::Threading;
@@ -29,8 +29,10 @@ use std::sync::{Arc, Once};
 /// Exit code of all ranks after the panic of one.
 const PANICKED: c_int = 101;
 
-/// Tag of [`MpiComm::exchange`]; patterns have the tags above.
+/// Tag of [`MpiComm::exchange`]; patterns have the tags above those of both.
 const POST: c_int = 0;
+/// Tag of [`MpiComm::route`].
+const ROUTE: c_int = 1;
 
 /// Most bytes that one call gathers: the library counts them with 31 bits.
 const MOST: usize = 1 << 30;
@@ -96,7 +98,7 @@ impl MpiComm {
             turn,
             rank: ranks().rank() as usize,
             size: ranks().size() as usize,
-            plans: Cell::new(POST),
+            plans: Cell::new(ROUTE),
             counters: Arc::default(),
             limit: MOST,
         }
@@ -111,7 +113,7 @@ impl MpiComm {
     /// Another handle for collectives of the same ranks, for the same thread. Only one of both may make patterns.
     #[must_use]
     pub fn twin(&self) -> Self {
-        Self { turn: self.turn.clone(), plans: Cell::new(POST), counters: self.counters.clone(), ..*self }
+        Self { turn: self.turn.clone(), plans: Cell::new(ROUTE), counters: self.counters.clone(), ..*self }
     }
 
     /// Number of this rank, as MPI has it.
@@ -129,6 +131,16 @@ impl MpiComm {
         let mut lengths = vec![0_u64; self.size];
         ranks().all_gather_into(&(bytes.len() as u64), &mut lengths);
         lengths.into_iter().map(|length| length as usize).collect()
+    }
+
+    /// A copy of the communicator, as a handle of Fortran's.
+    pub(super) fn duplicate(&self) -> i32 {
+        let mut copy = std::mem::MaybeUninit::uninit();
+        // SAFETY: MPI runs, every rank calls this, and the copy is where it goes.
+        unsafe {
+            ffi::MPI_Comm_dup(ffi::RSMPI_COMM_WORLD, copy.as_mut_ptr());
+            ffi::MPI_Comm_c2f(copy.assume_init())
+        }
     }
 
     pub(super) fn pattern<T: Pod + Send>(
@@ -212,6 +224,26 @@ impl Transport for MpiComm {
             requests.wait_all(&mut Vec::new());
             received
         })
+    }
+
+    fn route(&self, messages: Vec<Routed>) -> Vec<Routed> {
+        let (ranks, mut due, mut received) = (ranks(), 0_u64, Vec::new());
+        let mut sent = vec![0_u64; self.size];
+        messages.iter().for_each(|&(to, _)| sent[to] = 1);
+        // Once it returns, every rank has received all of the call before.
+        ranks.reduce_scatter_block_into(&sent[..], &mut due, SystemOperation::sum());
+        multiple_scope(messages.len(), |scope, requests| {
+            for (to, message) in &messages {
+                let to = ranks.process_at_rank(count(*to));
+                requests.add(to.immediate_send_with_tag(scope, &message[..], ROUTE));
+            }
+            for _ in 0..due {
+                let (message, status) = ranks.any_process().receive_vec_with_tag(ROUTE);
+                received.push((status.source_rank() as usize, message));
+            }
+            requests.wait_all(&mut Vec::new());
+        });
+        received
     }
 }
 

@@ -18,6 +18,15 @@ fn contract(comm: &Comm) {
     let gathered = comm.gather(vec![7, rank as u8]);
     assert_eq!(gathered.len(), if rank == 0 { size } else { 0 });
     assert!(gathered.iter().enumerate().all(|(r, bytes)| *bytes == [7, r as u8]));
+    for round in 0..3 {
+        // To those of whose rank the own one is a multiple, itself and rank 0 included.
+        let to = |other: &usize| if *other == 0 { true } else { rank.is_multiple_of(*other) };
+        let message = |other: usize| (other, vec![(rank + round) as u8; rank + other]);
+        let received = comm.route((0..size).rev().filter(to).map(message).collect());
+        let from = |other: &usize| rank == 0 || other.is_multiple_of(rank);
+        let due = (0..size).filter(from).map(|other| (other, vec![(other + round) as u8; rank + other]));
+        assert!(received.into_iter().eq(due), "round {round}");
+    }
     let peers: Vec<usize> = (0..size).filter(|&p| p != rank).collect();
     for round in 0..50_usize {
         let messages = peers.iter().map(|&p| vec![(rank * 16 + p) as u8; round % 3 * p]).collect();

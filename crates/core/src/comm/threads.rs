@@ -1,7 +1,7 @@
 //! Ranks that are threads of one process: messages are exchanged by swapping buffers.
 
 use super::traffic::Counters;
-use super::{Comm, Pattern, Transport, buffers};
+use super::{Comm, Pattern, Routed, Transport, buffers};
 use crate::error::{Error, Result};
 use crate::memory;
 use bytemuck::Pod;
@@ -30,6 +30,8 @@ struct Shared {
     generation: AtomicUsize,
     /// Of each rank, for the current collective.
     slots: Vec<Mutex<Vec<u8>>>,
+    /// Messages to each rank, for the current [`Comm::route`].
+    routed: Vec<Mutex<Vec<Routed>>>,
 }
 
 /// One of several ranks that are threads of this process.
@@ -54,6 +56,7 @@ impl Shared {
             arrived: AtomicUsize::new(0),
             generation: AtomicUsize::new(0),
             slots: (0..ranks).map(|_| Mutex::default()).collect(),
+            routed: (0..ranks).map(|_| Mutex::default()).collect(),
         }
     }
 
@@ -267,6 +270,16 @@ impl Transport for ThreadComm {
             out.put(message, &self.shared);
         }
         peers.iter().map(|peer| post[peer][1].take(&self.shared)).collect()
+    }
+
+    fn route(&self, messages: Vec<Routed>) -> Vec<Routed> {
+        for (to, message) in messages {
+            lock(&self.shared.routed[to]).push((self.rank, message));
+        }
+        self.barrier();
+        let received = std::mem::take(&mut *lock(&self.shared.routed[self.rank]));
+        self.barrier();
+        received
     }
 }
 
