@@ -88,17 +88,17 @@ impl DemEngine for Shaker {
         ContactSummary::default()
     }
 
-    fn contact_states(&self) -> Vec<ContactState> {
+    fn contact_states(&self, _: &Comm) -> Vec<ContactState> {
         Vec::new()
     }
 
-    fn save(&self) -> Result<Vec<u8>> {
+    fn save(&self, _: &Comm) -> Result<Vec<u8>> {
         let (engine, what) = (self.name(), "checkpoints".to_string());
         Err(Error::Unsupported { engine, what })
     }
 
-    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
-        self.save().map(|_| ())
+    fn restore(&mut self, comm: &Comm, _: &[Vec<u8>]) -> Result<()> {
+        self.save(comm).map(|_| ())
     }
 }
 

@@ -44,6 +44,8 @@ pub struct ProcessOptions {
     pub folder: PathBuf,
     /// Longest time that it may take to answer (s); ten times as long for the set-up, for saving and for resuming.
     pub timeout: f64,
+    /// Number of its processes, at least one.
+    pub processes: usize,
     /// The whole message to a user who has not allowed it.
     pub refusal: String,
 }
@@ -62,7 +64,11 @@ impl ProcessOptions {
             stop,
         };
         let label = format!("the program `{}`", self.command.join(" "));
-        process::ExternalParams::new("process", label, process::Host::Process(program))
+        let host = match self.processes {
+            0 | 1 => process::Host::Process(program),
+            several => process::Host::Processes(program, several),
+        };
+        process::ExternalParams::new("process", label, host)
     }
 }
 

@@ -27,7 +27,7 @@ use crate::coupling::{
     AnyFluid, CONTROL_INTERVAL, Control, ControlRecord, Coupling, CouplingParams, Driving, DrivingParams,
     LatticeWalls, MeanFlow,
 };
-use crate::dem::{DemEngine, Load};
+use crate::dem::{ContactState, DemEngine, Load};
 use crate::device::Device;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::error::{Error, Result};
@@ -469,6 +469,11 @@ impl Simulation {
     /// The ranks.
     pub fn comm(&self) -> &Comm {
         &self.comm
+    }
+
+    /// The contacts at the last sub-step that this rank has evaluated, see [`DemEngine::contact_states`]. Collective.
+    pub fn contact_states(&self) -> Vec<ContactState> {
+        self.dem.contact_states(&self.comm)
     }
 
     /// The engine.

@@ -57,7 +57,9 @@ struct Failing;
 impl Failing {
     fn fails(bytes: usize) -> bool {
         let fails = FAILS.load(Ordering::Relaxed);
-        (LARGE..PROBE).contains(&bytes) && fails < usize::MAX && COUNT.fetch_add(1, Ordering::Relaxed) + 1 == fails
+        (LARGE..PROBE).contains(&bytes)
+            && fails < usize::MAX
+            && COUNT.fetch_add(1, Ordering::Relaxed) + 1 == fails
     }
 }
 

@@ -30,7 +30,7 @@ const MAY_USE: &[(&str, &str)] = &[
         "crosscheck",
         "checks simulation case output engine fluid dem contact particle shape wall domain comm math error",
     ),
-    ("bench", "simulation case output engine coupling fluid dem domain comm math timing error"),
+    ("bench", "simulation case output engine coupling fluid domain comm math timing error"),
     ("checks", "output plot particle error"),
     ("builder", "simulation case coupling fluid shape math error"),
     (

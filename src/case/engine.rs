@@ -84,6 +84,7 @@ fn process(document: &Document, section: &ProcessSection, folder: &Path) -> Resu
         folder: std::path::absolute(if folder.as_os_str().is_empty() { Path::new(".") } else { &folder })
             .unwrap_or(folder),
         timeout: section.timeout,
+        processes: section.processes as usize,
         refusal: document.error("dem.engine", &title, "a program", remedy).to_string(),
     }))
 }

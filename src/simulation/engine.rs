@@ -38,8 +38,8 @@ pub(super) struct Context {
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// The engine with the particles of the case. Errors: [`crate::Error::Input`] if this program was built without the engine, or if
-/// it would live in one of several processes of an MPI job; those of the engine. Collective.
+/// The engine with the particles of the case. Errors: [`crate::Error::Input`] if this program was built without the engine; those of the
+/// engine. Collective.
 pub(super) fn engine(
     setup: &Setup,
     decomposition: &Decomposition,
@@ -52,7 +52,6 @@ pub(super) fn engine(
         #[cfg(feature = "liggghts")]
         EngineChoice::Liggghts(options) => {
             use crate::engine::liggghts::{Liggghts, LiggghtsParams};
-            refuse_in_a_job(options)?;
             let params = LiggghtsParams {
                 contact: setup.contact.clone(),
                 walls: setup.walls.clone(),
@@ -91,18 +90,4 @@ pub(super) fn engine(
             Ok(Box::new(Native::new(params, decomposition, comm.rank(), templates, &setup.particles)?))
         }
     }
-}
-
-/// LIGGGHTS in a process of turbid takes all processes of an MPI job, and waits until they call it; one alone does.
-#[cfg(feature = "liggghts")]
-fn refuse_in_a_job(options: &crate::engine::LiggghtsOptions) -> Result<()> {
-    let processes = crate::comm::launched().map_or(1, |launched| launched.size);
-    if processes < 2 || options.process != crate::engine::LiggghtsProcess::Own {
-        return Ok(());
-    }
-    Err(crate::Error::Input(format!(
-        "`dem.liggghts.process` is \"own\", and {processes} processes of turbid were launched: inside of one of them LIGGGHTS \
-         would wait for the others for ever; set `dem.liggghts.process = \"worker\"`, or start one process with --threads \
-         {processes}"
-    )))
 }

@@ -145,7 +145,7 @@ impl Simulation {
     /// fast, too far away, or deeper in another body, with which it does not move as one, or a wall than a quarter of the thickness;
     /// [`Error::Unsupported`] from an engine of which no states can be set.
     pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
-        let saved = self.comm.agree(self.dem.save())?;
+        let saved = self.comm.agree(self.dem.save(&self.comm))?;
         let engine = self.dem.name();
         let parts = states::read(engine, &self.comm.all_gather(saved))?;
         let before = match self.before.take() {

@@ -146,12 +146,12 @@ mod tests {
             self.engine.contacts()
         }
 
-        fn contact_states(&self) -> Vec<ContactState> {
-            self.engine.contact_states()
+        fn contact_states(&self, comm: &Comm) -> Vec<ContactState> {
+            self.engine.contact_states(comm)
         }
 
-        fn save(&self) -> Result<Vec<u8>> {
-            self.engine.save()
+        fn save(&self, comm: &Comm) -> Result<Vec<u8>> {
+            self.engine.save(comm)
         }
 
         fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {

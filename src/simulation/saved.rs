@@ -55,7 +55,11 @@ impl Simulation {
             system.fluid.save_means(&mut bytes);
             bytes
         });
-        Ok(SavedState { engine: self.dem.save()?, coupling, driving: (mean, self.control_record()) })
+        Ok(SavedState {
+            engine: self.dem.save(&self.comm)?,
+            coupling,
+            driving: (mean, self.control_record()),
+        })
     }
 
     /// Appends the populations of plane `z` of the box, which crosses the block of this rank.

@@ -187,12 +187,12 @@ impl<'a> RankState<'a> {
 
     /// The contacts that this rank is responsible for: each contact is one of one rank.
     pub fn contacts(&self) -> &[ContactState] {
-        self.contacts.get_or_init(|| self.simulation.dem.contact_states())
+        self.contacts.get_or_init(|| self.simulation.contact_states())
     }
 
     /// The [contacts](Self::contacts), for good.
     pub(super) fn into_contacts(self) -> Vec<ContactState> {
-        self.contacts.into_inner().unwrap_or_else(|| self.simulation.dem.contact_states())
+        self.contacts.into_inner().unwrap_or_else(|| self.simulation.contact_states())
     }
 
     /// Calls `visit` with each cell of the block of this rank, velocity (m/s) and pressure (Pa) there, and the solid volume fraction,

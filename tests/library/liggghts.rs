@@ -101,7 +101,7 @@ fn asking_for_contacts_does_not_disturb_the_motion() {
     let mut seen = 0;
     for _ in 0..1000 {
         asked.advance(&Comm::Solo, &[REST; 3], 1e-6).unwrap();
-        seen += asked.contact_states().len();
+        seen += asked.contact_states(&Comm::Solo).len();
     }
     assert!(seen > 100, "{seen} contacts seen");
     assert_eq!(plain.particles().owned(), asked.particles().owned());
@@ -122,7 +122,7 @@ fn a_save_during_contacts_resumes_to_the_bit_and_does_not_disturb_the_run_that_s
     }
     let spinning = (first.particles().owned().iter()).any(|p| p.angular_velocity().norm() > 0.0);
     assert!(spinning, "there is friction to be remembered");
-    let saved = first.save().unwrap();
+    let saved = first.save(&Comm::Solo).unwrap();
     let mut second = engine(params, &all).unwrap();
     second.restore(&Comm::Solo, &[saved]).unwrap();
     assert_eq!(first.contacts(), second.contacts());
@@ -139,7 +139,7 @@ fn a_save_during_contacts_resumes_to_the_bit_and_does_not_disturb_the_run_that_s
 #[test]
 fn what_is_damaged_or_of_another_case_is_not_restored_and_the_engine_continues() {
     let mut one = engine(params(None), &three()).unwrap();
-    let saved = one.save().unwrap();
+    let saved = one.save(&Comm::Solo).unwrap();
     let refused = |one: &mut Liggghts, part: Vec<u8>| {
         let error = one.restore(&Comm::Solo, &[part]).unwrap_err();
         assert_eq!(error.exit_code(), 2, "{error}");
@@ -245,7 +245,7 @@ fn the_forces_of_single_contacts_add_up_to_those_of_the_particles() {
     let mut seen = 0;
     for _ in 0..600 {
         lgg = advanced(lgg, 1, 1e-6).unwrap();
-        let states = lgg.contact_states();
+        let states = lgg.contact_states(&Comm::Solo);
         seen += states.len();
         for particle in lgg.particles().owned() {
             let total: Vec3 = (states.iter())
@@ -268,7 +268,7 @@ fn elastic_contacts_have_the_force_of_hertz_away_from_each_other() {
     let mut seen = 0;
     for _ in 0..600 {
         lgg = advanced(lgg, 1, 1e-6).unwrap();
-        for state in lgg.contact_states() {
+        for state in lgg.contact_states(&Comm::Solo) {
             let stiffness = 4.0 / 3.0 * (1e7 / (2.0 * (1.0 - 0.22 * 0.22))) * (0.5 * RADIUS).sqrt();
             let along = Vec3::from(state.force).dot(&Vec3::from(state.normal));
             let hertz = stiffness * state.depth.powf(1.5);
@@ -307,7 +307,7 @@ fn a_sphere_that_rests_on_a_floor_presses_with_its_weight_and_a_sliding_floor_ta
     for _ in 0..3000 {
         lgg.advance(&Comm::Solo, &[REST], 2e-5).unwrap();
     }
-    let states = lgg.contact_states();
+    let states = lgg.contact_states(&Comm::Solo);
     assert_eq!(states.len(), 1);
     assert_eq!(states[0].wall(), Some(0));
     let weight = 9.81 * 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS.powi(3);

@@ -1,5 +1,7 @@
 //! Runs on the processes of an MPI job, end to end: the same bits as on threads, one voice, no process left waiting.
 
+#[cfg(feature = "liggghts")]
+use crate::common::column;
 use crate::common::{PROGRAM, Place, case, words};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -52,16 +54,41 @@ fn liggghts_moves_the_particles_of_all_processes() {
     assert!(result(&place) == expected);
 }
 
+/// The velocity of settling over time.
+#[cfg(feature = "liggghts")]
+fn settling(place: &Place) -> Vec<f64> {
+    column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)")
+}
+
 #[cfg(feature = "liggghts")]
 #[test]
-fn liggghts_inside_of_one_of_several_processes_is_refused() {
-    let place = Place::new(&crowd(60));
-    let arguments = ["run", "case.toml", "--set", "dem.engine=liggghts", "--set", "dem.liggghts.process=own"];
-    let output = turbid(&place, 2, &arguments);
-    let said = words(&output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert_eq!(said.matches("error:").count(), 1, "{said}");
-    assert!(said.contains("`dem.liggghts.process = \"worker\"`"), "{said}");
+fn liggghts_in_all_processes_settles_as_its_worker_does_and_resumes_on_another_number() {
+    let place = Place::new(&crowd(240));
+    let engine = ["--set", "dem.engine=liggghts"];
+    on_threads(&place, "2", &engine);
+    let expected = settling(&place);
+    let agrees = |place: &Place, what: &str| {
+        let found = settling(place);
+        assert_eq!(found.len(), expected.len(), "{what}");
+        for (a, b) in expected.iter().zip(&found).skip(1) {
+            assert!((b / a - 1.0).abs() < 1e-6, "{what}: {a} {b}");
+        }
+    };
+    let run = ["run", "case.toml", "--overwrite", "--quiet", "--set", "dem.liggghts.process=own"];
+    let all = [&run[..], &engine].concat();
+    for processes in [1, 2, 4] {
+        let output = turbid(&place, processes, &all);
+        assert!(output.status.success(), "{}", words(&output));
+        agrees(&place, &format!("{processes} processes"));
+        // Contacts were seen, and their forces are those of the whole bed.
+        assert!(column(&place.path("out/series.csv"), "contacts (-)").iter().any(|contacts| *contacts > 1.0));
+    }
+    let more = ["--set", "run.end.steps=120", "--set", "output.checkpoint_every={ steps = 60 }"];
+    let output = turbid(&place, 3, &[&all[..], &more].concat());
+    assert!(output.status.success(), "{}", words(&output));
+    let output = turbid(&place, 2, &["resume", "out", "--quiet", "--set", "run.end.steps=240"]);
+    assert!(output.status.success(), "{}", words(&output));
+    agrees(&place, "resumed");
 }
 
 #[test]

@@ -126,6 +126,96 @@ fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_anot
     assert_eq!(starts, 1, "starts of the program by the resumed run, whose log it is");
 }
 
+/// The case with the engine in Python in several processes, which has this many steps.
+fn in_parts(steps: u64) -> Place {
+    let place = Place::empty();
+    fs::create_dir(place.path("python")).unwrap();
+    let read = |file: &str| fs::read_to_string(in_tree("ffi/engines").join(file)).unwrap();
+    place.write("protocol.py", read("protocol.py"));
+    place.write("python/spheres.py", read("python/spheres.py"));
+    place.write("python/parts.py", read("python/parts.py"));
+    let case = read("python/settling.toml").replace("out/python_engine", "out");
+    place.write("python/case.toml", case.replace("steps = 400", &format!("steps = {steps}")));
+    place
+}
+
+#[test]
+fn an_engine_in_two_and_three_processes_moves_the_particles_as_one_does_and_resumes() {
+    let command = |name: &str, more: &str| {
+        format!("dem.engine={{ command = [\"python3\", \"{name}\"], timeout = 20{more} }}")
+    };
+    let run = ["run", "python/case.toml", "--allow-engine", "--quiet", "--set"];
+    let places = |place: &Place| {
+        let series = place.path("out/series.csv");
+        ["settling_velocity_over_stokes (-)", "contacts (-)"].map(|name| column(&series, name))
+    };
+    let alone = in_parts(400);
+    alone.well(&[&run[..], &[&command("spheres.py", "")]].concat());
+    let [expected, contacts] = places(&alone);
+    assert!(contacts.iter().any(|count| *count > 0.0));
+    for (processes, threads) in [(2, "2"), (2, "3"), (3, "3")] {
+        let place = in_parts(400);
+        let parts = command("parts.py", &format!(", processes = {processes}"));
+        place.well(&[&run[..], &[&parts, "--threads", threads]].concat());
+        let [found, of_parts] = places(&place);
+        assert_eq!(contacts, of_parts, "{processes} processes, {threads} threads");
+        for (a, b) in expected.iter().zip(&found).skip(1) {
+            assert!((b / a - 1.0).abs() < 1e-9, "{processes} processes, {threads} threads: {a} {b}");
+        }
+    }
+    let two = command("parts.py", ", processes = 2");
+    let hash = |place: &Place| place.summary("out")["state_hash"].clone();
+    let every = ["--set", "output.checkpoint_every={ steps = 24 }", "--threads", "2"];
+    let (whole, half) = (in_parts(48), in_parts(24));
+    whole.well(&[&run[..], &[&two], &every].concat());
+    half.well(&[&run[..], &[&two], &every].concat());
+    half.well(&["resume", "out", "--allow-engine", "--threads", "3", "--set", "run.end={ steps = 48 }"]);
+    assert_eq!(hash(&whole), hash(&half), "resumed");
+    let said = half.ends(2, &[&run[..], &[&two, "--threads", "1", "--overwrite"]].concat());
+    has(&said, &["has 2 processes, and there are 1 ranks", "--threads 2"]);
+    // A program of version 1.
+    let old = command("spheres.py", ", processes = 2");
+    let said = half.ends(2, &[&run[..], &[&old, "--threads", "2", "--overwrite"]].concat());
+    has(&said, &["field `version` is 1", "2 processes need version 2"]);
+}
+
+#[test]
+fn one_of_several_processes_that_dies_stalls_or_errs_ends_the_run_with_its_number() {
+    for (fault, code, expected) in [
+        ("sys.exit(5)", 3, &["part 2 of 2", "exit code 5"][..]),
+        ("time.sleep(1000)", 3, &["part 2 of 2", "has not answered for 1.0 s"]),
+        ("protocol.exchange({})", 3, &["sent the message `exchange`, and another part did not"]),
+        (
+            "protocol.exchange({9: b''} if self.part == 1 else {})",
+            3,
+            &["part 2 of 2", "message `exchange`: field `part`"],
+        ),
+        ("self.spheres.pop()", 3, &["24 records for 25 particles; particle", "is lost"]),
+        ("self.spheres[0][0] += 100", 3, &["message `states`: particle 1"]),
+        ("self.spheres.append(self.spheres[0])", 3, &["for the second time"]),
+        ("self.spheres[0][X][1] = math.nan", 3, &["part 2 of 2", "field `position`"]),
+    ] {
+        let place = in_parts(100_000);
+        let who = if fault.contains("else") { "True" } else { "self.part == 1" };
+        let text = place.text("python/parts.py").replace("import json", "import json\nimport time").replace(
+            "        return self.particles()\n\n    def particles",
+            &format!(
+                "        self.steps = getattr(self, 'steps', 0) + 1\n        if {who} and self.steps == 20:\n            {fault}\n        \
+                 return self.particles()\n\n    def particles"
+            ),
+        );
+        place.write("python/parts.py", text);
+        let command = "dem.engine={ command = [\"python3\", \"parts.py\"], timeout = 1, processes = 2 }";
+        let run =
+            ["run", "python/case.toml", "--allow-engine", "--quiet", "--threads", "2", "--set", command];
+        let said = place.ends(code, &run);
+        has(&said, expected);
+        assert_eq!(said.matches("error:").count(), 1, "{said}");
+        let rows = column(&place.path("out/series.csv"), "t (s)");
+        assert!(rows.len() > 1 && rows.is_sorted(), "{rows:?}");
+    }
+}
+
 #[test]
 fn a_cross_check_takes_any_program_and_knows_that_the_template_is_half_a_step_ahead() {
     let place = place(1);

@@ -219,14 +219,14 @@ pub trait DemEngine: Send {
     fn contacts(&self) -> ContactSummary;
 
     /// Returns true if the engine tells the forces of contacts; if not, [`contact_states`](Self::contact_states) is empty whatever
-    /// there is. Asked on rank 0.
+    /// there is. The same on every rank.
     fn tells_contacts(&self) -> bool {
         true
     }
 
     /// The contacts that this rank evaluated at the last sub-step, ascending by [key](ContactState::key). Asked for only
-    /// when they are written, so that an engine may gather them on request.
-    fn contact_states(&self) -> Vec<ContactState>;
+    /// when they are written, so that an engine may gather them on request. Collective.
+    fn contact_states(&self, comm: &Comm) -> Vec<ContactState>;
 
     /// Sums over time of the contacts with the facets of meshes that this rank has evaluated; none if they are not kept.
     fn facets(&self) -> Option<&Facets> {
@@ -242,8 +242,8 @@ pub trait DemEngine: Send {
         Ok(())
     }
 
-    /// This rank's part of the state, from which [`restore`](Self::restore) continues.
-    fn save(&self) -> Result<Vec<u8>>;
+    /// This rank's part of the state, from which [`restore`](Self::restore) continues. Collective.
+    fn save(&self, comm: &Comm) -> Result<Vec<u8>>;
 
     /// Restores the state of an earlier run with these templates and this engine, whose ranks [saved](Self::save) `parts`, one
     /// each, in their order. The number of ranks may have changed, and so may the particles. Collective; `parts` are the same on every rank.

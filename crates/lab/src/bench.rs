@@ -14,7 +14,6 @@ use std::time::Instant;
 use turbid::case::Setup;
 use turbid::comm::{Comm, Traffic};
 use turbid::coupling::{AnyFluid, CONTROL_INTERVAL};
-use turbid::dem::DemEngine;
 use turbid::domain::Decomposition;
 use turbid::engine::{EngineChoice, refuse_unusable};
 use turbid::error::{Error, Result};
@@ -249,7 +248,7 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
         particles: particles.owned,
         ghosts: particles.particles.len() - particles.owned,
         contacts: simulation.dem().contacts().count,
-        forces_sent: forces_sent(simulation.dem()),
+        forces_sent: forces_sent(simulation),
         halo,
         exchange,
         collective,
@@ -260,10 +259,10 @@ fn rank_report(simulation: &mut Simulation, traffic: Traffic, steps: f64, reside
 }
 
 /// Forces of the last contacts on particles of other ranks.
-fn forces_sent(dem: &dyn DemEngine) -> usize {
-    let particles = dem.particles();
+fn forces_sent(simulation: &Simulation) -> usize {
+    let particles = simulation.dem().particles();
     let owned = |id: u64| particles.owned().binary_search_by_key(&id, |p| p.id).is_ok();
-    dem.contact_states().iter().flat_map(ids).filter(|&id| !owned(id)).count()
+    simulation.contact_states().iter().flat_map(ids).filter(|&id| !owned(id)).count()
 }
 
 fn median(values: &[f64]) -> f64 {

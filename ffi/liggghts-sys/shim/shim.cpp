@@ -9,6 +9,7 @@
 #include <mpi.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <sstream>
@@ -18,6 +19,7 @@
 #include "lammps.h"
 
 #include "atom.h"
+#include "atom_vec.h"
 #include "compute.h"
 #include "error.h"
 #include "fix.h"
@@ -43,12 +45,27 @@ struct Failure : std::exception {
 
 thread_local std::string last_error;
 
+// The processes of the instance of this one, if there are several.
+MPI_Comm processes = MPI_COMM_NULL;
+
 [[noreturn]] void fail(const std::string &text, const char *file, int line) {
   // The reader of a message has no use for the directories of the one who built the library.
   const char *name = file ? std::strrchr(file, '/') : nullptr;
   name = name ? name + 1 : file;
   std::string where = name ? std::string(" (") + name + ":" + std::to_string(line) + ")" : "";
   throw Failure(text + where);
+}
+
+// An error in one of several processes: the others wait for it in a call of MPI.
+[[noreturn]] void fail_alone(const std::string &text, const char *file, int line) {
+  if (processes == MPI_COMM_NULL)
+    fail(text, file, line);
+  int rank = 0;
+  MPI_Comm_rank(processes, &rank);
+  std::fprintf(stderr, "error: LIGGGHTS has failed in process %d: %s\n", rank, text.c_str());
+  std::fflush(nullptr);
+  MPI_Abort(processes, 3);
+  std::abort();
 }
 
 template <class Body> int guarded(Body body) {
@@ -83,9 +100,9 @@ bool replaces(LAMMPS *lammps, const char *command) {
 } // namespace
 
 void Error::all(const char *file, int line, const char *text) { fail(text, file, line); }
-void Error::one(const char *file, int line, const char *text) { fail(text, file, line); }
+void Error::one(const char *file, int line, const char *text) { fail_alone(text, file, line); }
 void Error::universe_all(const char *file, int line, const char *text) { fail(text, file, line); }
-void Error::universe_one(const char *file, int line, const char *text) { fail(text, file, line); }
+void Error::universe_one(const char *file, int line, const char *text) { fail_alone(text, file, line); }
 void Error::fix_error(const char *file, int line, Fix *fix, const char *text) {
   fail(std::string("fix ") + fix->style + " (id " + fix->id + "): " + text, file, line);
 }
@@ -103,17 +120,23 @@ const char *lgg_error(void) { return last_error.c_str(); }
 
 int lgg_is_broken(const lgg_instance *instance) { return instance->broken; }
 
-int lgg_open(const char *screen, lgg_instance **out) {
+int lgg_open(const char *screen, const int32_t *communicator, lgg_instance **out) {
   *out = nullptr;
   return guarded([&] {
-    // `-screen none` makes some styles print to a null pointer; `-seedtolerant` is for `create_atoms random`.
-    const char *words[] = {"liggghts", "-log", "none", "-nocite", "-seedtolerant", "-screen", screen};
-    std::vector<std::string> store(words, words + 7);
+    // `-screen none` makes some styles print to a null pointer.
+    const char *words[] = {"liggghts", "-log", "none", "-nocite", "-screen", screen};
+    std::vector<std::string> store(words, words + 6);
     std::vector<char *> arguments;
     for (std::string &word : store)
       arguments.push_back(&word[0]);
     void *lammps = nullptr;
-    lammps_open_no_mpi(static_cast<int>(arguments.size()), arguments.data(), &lammps);
+    int count = static_cast<int>(arguments.size());
+    if (communicator) {
+      processes = MPI_Comm_f2c(*communicator);
+      lammps_open(count, arguments.data(), processes, &lammps);
+    } else {
+      lammps_open_no_mpi(count, arguments.data(), &lammps);
+    }
     if (!lammps)
       throw Failure("LIGGGHTS does not start");
     *out = new lgg_instance{lammps, false, {}};
@@ -152,9 +175,43 @@ int lgg_command(lgg_instance *instance, const char *command) {
   return failed;
 }
 
+int lgg_create(lgg_instance *instance, int64_t count, const int32_t *id, const double *position) {
+  return guarded([&] {
+    Atom *atom = of(instance)->atom;
+    for (int64_t n = 0; n < count; n++) {
+      double at[3] = {position[3 * n], position[3 * n + 1], position[3 * n + 2]};
+      atom->avec->create_atom(1, at);
+      atom->tag[atom->nlocal - 1] = id[n];
+    }
+    int64_t local = atom->nlocal, total = 0;
+    MPI_Allreduce(&local, &total, 1, MPI_INT64_T, MPI_SUM, of(instance)->world);
+    atom->natoms = total;
+    atom->nghost = 0;
+    atom->map_init();
+    atom->map_set();
+  });
+}
+
+int lgg_any(lgg_instance *instance, int flag) {
+  int any = flag;
+  MPI_Allreduce(&flag, &any, 1, MPI_INT, MPI_LOR, of(instance)->world);
+  return any;
+}
+
+int32_t lgg_type_of(lgg_instance *instance, int32_t id) {
+  Atom *atom = of(instance)->atom;
+  int index = id > 0 && id <= atom->map_tag_max ? atom->map(id) : -1;
+  return index < 0 ? 0 : atom->type[index];
+}
+
 int lgg_get_atoms(lgg_instance *instance, lgg_atoms *out) {
   return guarded([&] {
     Atom *atom = of(instance)->atom;
+    if (atom->nlocal == 0) {
+      *out = lgg_atoms();
+      out->total = static_cast<int64_t>(atom->natoms);
+      return;
+    }
     if (!atom->x || !atom->omega || !atom->torque || !atom->radius || !atom->rmass || !atom->density)
       throw Failure("the atoms have no position, turning, radius or mass");
     out->local = atom->nlocal;

@@ -34,8 +34,10 @@ const char *lgg_error(void);
 /* Whether an error of LIGGGHTS has left pointers that a later call would follow: then nothing may be called any more. */
 int lgg_is_broken(const lgg_instance *instance);
 
-/* Starts LIGGGHTS, with MPI if it does not run yet; prints to the file `screen` (a path). */
-int lgg_open(const char *screen, lgg_instance **instance);
+/* Starts LIGGGHTS, with MPI if it does not run yet; prints to the file `screen` (a path). With a communicator (its Fortran
+ * handle, else null) it runs in all its processes, each of which makes the same calls; only lgg_error, lgg_is_broken and the calls
+ * that return arrays are not collective then. An error that LIGGGHTS finds in one process alone ends all of them. */
+int lgg_open(const char *screen, const int32_t *communicator, lgg_instance **instance);
 
 /* Ends LIGGGHTS; a broken instance is left as it is. MPI keeps running. */
 void lgg_close(lgg_instance *instance);
@@ -51,6 +53,15 @@ void lgg_flush(void);
 
 /* A command of a LIGGGHTS script. */
 int lgg_command(lgg_instance *instance, const char *command);
+
+/* Makes `count` atoms of the first type with these ids, from 1, at these positions; the rest of them is to be set. */
+int lgg_create(lgg_instance *instance, int64_t count, const int32_t *id, const double *position);
+
+/* Whether `flag` is not 0 in any process. */
+int lgg_any(lgg_instance *instance, int flag);
+
+/* Type, from 1, of an atom that this process has, perhaps as a copy of a neighbouring one; 0 if it has none. */
+int32_t lgg_type_of(lgg_instance *instance, int32_t id);
 
 /* The arrays of the atoms. */
 int lgg_get_atoms(lgg_instance *instance, lgg_atoms *atoms);

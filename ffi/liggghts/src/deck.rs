@@ -16,6 +16,9 @@ const SKIN: f64 = 0.3;
 /// Most that a unit vector of an axis differs from it.
 const ALIGNED: f64 = 1e-9;
 
+/// Fixes that hold a vector for each atom, wherever it goes: its force and its torque while the lists are made again.
+pub(crate) const HELD: [&str; 2] = ["heldforce", "heldtorque"];
+
 /// Viscous damping of `rolling_friction epsd`: the fixed one of `RollingLaw::ElasticPlastic` (-).
 const ROLLING_DAMPING: f64 = 0.3;
 
@@ -68,14 +71,15 @@ pub(crate) fn wall_fix(index: usize) -> String {
     format!("wall{index}")
 }
 
-/// The commands for a case, with the smallest radius of contact (m).
-pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
+/// The commands for a case, with the smallest radius of contact (m) and the blocks of its processes along each axis, the first one
+/// fastest.
+pub(crate) fn plan(case: &SetUp, smallest: f64, grid: [usize; 3]) -> Result<Plan, String> {
     let texts = |commands: &[&str]| -> Vec<String> { commands.iter().map(ToString::to_string).collect() };
     let axes = case.domain.periodic.map(|periodic| if periodic { "p" } else { "f" }).join(" ");
-    let before = texts(&[
+    let mut before = texts(&[
         "units si",
         "atom_style granular",
-        "atom_modify map array sort 0 0",
+        "atom_modify map hash sort 0 0",
         &format!("boundary {axes}"),
         "newton off",
         "communicate single vel yes",
@@ -83,6 +87,10 @@ pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
         "hard_particles yes",
         "soft_particles yes",
     ]);
+    if grid != [1; 3] {
+        let [x, y, z] = grid;
+        before.push(format!("processors {x} {y} {z} map xyz"));
+    }
     let ([x, y, z], materials) =
         (case.domain.size, case.contact.as_ref().map_or(1, |contact| contact.materials.len()));
     let space = vec![
@@ -103,6 +111,7 @@ pub(crate) fn plan(case: &SetUp, smallest: f64) -> Result<Plan, String> {
             "fix {fix} all wall/gran {model} primitive type {material} {primitive} store_force yes"
         ));
     }
+    last.extend(HELD.map(|name| format!("fix {name} all property/atom {name} vector no no no 0 0 0")));
     last.extend(texts(&[
         "fix coupling all couple/cfd couple_every 0 mpi",
         "fix loads all couple/cfd/force transfer_torque yes",

@@ -72,15 +72,16 @@ impl Drop for Instance {
 }
 
 impl Instance {
-    /// The one of this process.
-    pub(super) fn take() -> Outcome<Self> {
+    /// The one of this process; its first call says whether it belongs to a communicator of several processes (a handle of Fortran's).
+    pub(super) fn take(communicator: Option<i32>) -> Outcome<Self> {
         let mut slot = SLOT.lock().map_err(|e| e.to_string())?;
         match std::mem::replace(&mut *slot, Slot::Taken) {
             Slot::Ready(handle) => Ok(Self(handle)),
             Slot::Empty => {
                 let mut instance = ptr::null_mut();
-                // SAFETY: the path is a C string, and `instance` is where the pointer goes.
-                check(unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), &raw mut instance) })?;
+                let communicator = communicator.as_ref().map_or(ptr::null(), ptr::from_ref);
+                // SAFETY: the path is a C string, the communicator null or a handle, and `instance` is where the pointer goes.
+                check(unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), communicator, &raw mut instance) })?;
                 Ok(Self(Handle(instance)))
             }
             Slot::Taken => {
@@ -108,6 +109,27 @@ impl Instance {
         })
     }
 
+    /// Makes atoms with these ids, from 1, at these positions, in the arrays behind those that there are.
+    pub(super) fn create(&mut self, ids: &[i32], positions: &[[f64; 3]]) -> Outcome<()> {
+        assert_eq!(ids.len(), positions.len());
+        let (id, position) = (ids.as_ptr(), positions.as_flattened().as_ptr());
+        // SAFETY: the instance is alive; the arrays have that many numbers, three times as many the positions, and are only read.
+        check(unsafe { ffi::lgg_create(self.0.0, ids.len() as i64, id, position) })
+    }
+
+    /// True if the argument is true in any of its processes. Collective among them.
+    pub(super) fn any(&self, so: bool) -> bool {
+        // SAFETY: the instance is alive.
+        unsafe { ffi::lgg_any(self.0.0, so.into()) != 0 }
+    }
+
+    /// Material, from 1, of an atom that this process knows.
+    pub(super) fn kind_of(&self, id: i32) -> Option<usize> {
+        // SAFETY: the instance is alive.
+        let kind = unsafe { ffi::lgg_type_of(self.0.0, id) };
+        (kind > 0).then_some(kind as usize)
+    }
+
     /// The arrays of the atoms.
     pub(super) fn arrays(&mut self) -> Outcome<Arrays<'_>> {
         let mut atoms = ffi::lgg_atoms::default();
@@ -133,6 +155,9 @@ impl Instance {
 
     /// Vectors that a fix has for each of the `n` atoms.
     pub(super) fn property(&mut self, name: &str, n: usize) -> Outcome<&mut [[f64; 3]]> {
+        if n == 0 {
+            return Ok(&mut []);
+        }
         let (name, mut values) = (c_string(name)?, ptr::null_mut());
         // SAFETY: the instance is alive, the name a C string, and the pointer is there to be set.
         check(unsafe { ffi::lgg_atom_property(self.0.0, name.as_ptr(), &raw mut values) })?;

@@ -1,4 +1,5 @@
-//! LIGGGHTS as an engine: spheres, one instance, in a worker process or in this one, behind the messages of the engine protocol.
+//! LIGGGHTS as an engine: spheres, behind the messages of the engine protocol. One instance in a worker process or in this one, or one in all
+//! processes of an MPI job, where each has the spheres of a block of LIGGGHTS's own.
 //!
 //! The worker is this program with a hidden verb. Friction is limited to Coulomb's, as LIGGGHTS adds a dashpot to it that did not act
 //! if the contact slid.
@@ -44,7 +45,7 @@ pub struct LiggghtsParams {
     pub gravity: Vec3,
     /// Sub-steps per call of [`advance`](turbid_core::dem::DemEngine::advance), at least one.
     pub substeps: u32,
-    /// True if LIGGGHTS runs in this process instead of a worker.
+    /// True if LIGGGHTS runs in this process instead of a worker; in all processes, if the ranks are processes of MPI.
     pub in_this_process: bool,
     /// Commands of the user, given after all others of the set-up and before the first step. The caller checks them: a
     /// command of LIGGGHTS can read and write any file.
@@ -65,7 +66,7 @@ pub struct LiggghtsParams {
 impl From<LiggghtsParams> for ExternalParams {
     fn from(params: LiggghtsParams) -> Self {
         let host = if params.in_this_process {
-            Host::Here(|| Box::<session::Engine>::default())
+            Host::Here(|seat| Box::new(session::Engine::new(seat)))
         } else {
             let program = params.program.or_else(|| std::env::current_exe().ok());
             Host::Process(Program {
@@ -92,6 +93,7 @@ impl From<LiggghtsParams> for ExternalParams {
             host,
             resumes: params.resumes,
             memory: u64::MAX,
+            regroups: true,
         }
     }
 }

@@ -21,7 +21,8 @@ use std::os::fd::AsRawFd;
 use turbid_core::dem::ContactState;
 use turbid_core::math::Vec3;
 use turbid_process::{
-    AppliedLoad, Body, ContactForce, ContactSection, Hello, Served, SetUp, ShapeSection, State, open_log,
+    AppliedLoad, Body, ContactForce, ContactSection, Hello, LoadedState, Seat, Served, SetUp, ShapeSection,
+    State, open_log,
 };
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
@@ -31,58 +32,71 @@ pub(crate) const PAIRS: &str = "contacts";
 /// The moment of inertia of a homogeneous sphere over `m r^2`.
 const SPHERE: f64 = 0.4;
 
-/// A sphere as LIGGGHTS is given it, SI units.
+/// Kind of spheres.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Atom {
-    /// Id of the particle; LIGGGHTS counts from 1.
-    pub(super) id: u64,
-    pub(super) position: [f64; 3],
-    pub(super) velocity: [f64; 3],
-    pub(super) angular_velocity: [f64; 3],
-    /// Of contacts.
-    pub(super) radius: f64,
-    pub(super) mass: f64,
+pub(crate) struct Kind {
+    /// Of contacts (m).
+    radius: f64,
+    /// Mass (kg).
+    mass: f64,
     /// Moment of inertia of LIGGGHTS's sphere over that of the particle (-).
-    pub(super) inertia_ratio: f64,
+    inertia_ratio: f64,
     /// Index of the material.
-    pub(super) material: usize,
+    material: usize,
 }
 
-impl Atom {
-    fn of(body: &Body, case: &SetUp) -> Outcome<Self> {
-        let template = &case.templates[body.template as usize];
+/// The kind of each template.
+fn kinds(case: &SetUp) -> Outcome<Vec<Kind>> {
+    let kind = |template: &turbid_process::TemplateSection| {
         let ShapeSection::Sphere { radius } = template.shape else {
             return Err("it has spheres only".to_owned());
         };
         let grown = radius + case.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
         // Without an enlargement exactly one.
         let ratio = grown / radius;
-        Ok(Self {
-            id: body.id,
-            position: body.position,
-            velocity: body.velocity,
-            angular_velocity: body.angular_velocity,
-            radius: grown,
-            mass: template.mass,
-            inertia_ratio: ratio * ratio,
-            material: template.material,
-        })
-    }
+        let (mass, material) = (template.mass, template.material);
+        Ok(Kind { radius: grown, mass, inertia_ratio: ratio * ratio, material })
+    };
+    case.templates.iter().map(kind).collect()
 }
 
 /// LIGGGHTS as an engine.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Engine {
+    seat: Seat,
     plan: Plan,
-    atoms: Vec<Atom>,
+    kinds: Vec<Kind>,
+    bodies: Vec<Body>,
     gravity: Vec3,
     contact: Option<ContactSection>,
     session: Option<Session>,
 }
 
 impl Engine {
+    pub(crate) fn new(seat: Seat) -> Self {
+        Self {
+            seat,
+            plan: Plan::default(),
+            kinds: Vec::new(),
+            bodies: Vec::new(),
+            gravity: Vec3::zeros(),
+            contact: None,
+            session: None,
+        }
+    }
+
     fn opened(&mut self) -> Outcome<&mut Session> {
         self.session.as_mut().ok_or_else(|| "LIGGGHTS has not been set up".to_owned())
+    }
+
+    /// A session with the particles of the set-up, or those that were saved.
+    fn open(&mut self, saved: &[u8]) -> Outcome<()> {
+        // The instance of this process must be free before it is taken again.
+        self.session = None;
+        let instance = Instance::take(self.seat.communicator)?;
+        let start = (&self.bodies[..], saved, self.seat.part == 0);
+        self.session = Some(Session::open(instance, &self.plan, &self.kinds, start)?);
+        Ok(())
     }
 }
 
@@ -100,21 +114,28 @@ impl Served for Engine {
     }
 
     fn set_up(&mut self, case: SetUp, bodies: Vec<Body>) -> Outcome<()> {
-        let atoms: Outcome<Vec<Atom>> = bodies.iter().map(|body| Atom::of(body, &case)).collect();
-        self.atoms = atoms?;
-        let smallest = self.atoms.iter().map(|atom| atom.radius).fold(f64::INFINITY, f64::min);
-        (self.plan, self.gravity) = (deck::plan(&case, smallest)?, case.gravity.into());
-        self.contact = case.contact;
-        self.session = Some(Session::open(&self.plan, self.atoms.clone(), &[])?);
-        Ok(())
+        self.kinds = kinds(&case)?;
+        let smallest = self.kinds.iter().map(|kind| kind.radius).fold(f64::INFINITY, f64::min);
+        let grid = if self.seat.communicator.is_some() { self.seat.grid } else { [1; 3] };
+        (self.plan, self.gravity) = (deck::plan(&case, smallest, grid)?, case.gravity.into());
+        (self.bodies, self.contact) = (bodies, case.contact);
+        self.open(&[])
     }
 
-    fn advance(&mut self, step: f64, substeps: u32, loads: &[AppliedLoad]) -> Outcome<Vec<State>> {
-        let (mut loads, gravity) = (loads.to_vec(), self.gravity);
-        for (load, atom) in loads.iter_mut().zip(&self.atoms) {
-            load.force = (Vec3::from(load.force) + gravity * atom.mass).into();
+    fn advance(&mut self, step: f64, substeps: u32, loads: &[AppliedLoad]) -> Outcome<()> {
+        let gravity = self.gravity;
+        self.opened()?.advance(step, substeps, loads, gravity)
+    }
+
+    fn states(&mut self) -> Outcome<Vec<LoadedState>> {
+        let gravity = self.gravity;
+        let session = self.opened()?;
+        let mut all = session.states()?;
+        let masses = session.instance.arrays()?.mass;
+        for (loaded, &k) in all.iter_mut().zip(&session.order.places) {
+            loaded.force = (Vec3::from(loaded.force) - gravity * masses[k as usize]).into();
         }
-        self.opened()?.advance(step, substeps, &loads)
+        Ok(all)
     }
 
     fn contacts(&mut self) -> Outcome<Vec<ContactForce>> {
@@ -129,10 +150,27 @@ impl Served for Engine {
     }
 
     fn restore(&mut self, saved: &[u8]) -> Outcome<()> {
-        // The instance of this process must be free before it is taken again.
-        self.session = None;
-        self.session = Some(Session::open(&self.plan, self.atoms.clone(), saved)?);
-        Ok(())
+        self.open(saved)
+    }
+}
+
+/// Places of the atoms of this process in LIGGGHTS's arrays.
+#[derive(Debug, Default)]
+pub(super) struct Order {
+    /// As they were.
+    ids: Vec<i32>,
+    /// By ascending id.
+    pub(super) places: Vec<u32>,
+}
+
+impl Order {
+    /// Takes note of the ids.
+    fn note(&mut self, ids: &[i32]) {
+        if self.ids != ids {
+            self.ids = ids.to_vec();
+            self.places = (0..ids.len() as u32).collect();
+            self.places.sort_unstable_by_key(|&k| ids[k as usize]);
+        }
     }
 }
 
@@ -140,40 +178,52 @@ impl Served for Engine {
 #[derive(Debug)]
 pub(crate) struct Session {
     pub(super) instance: Instance,
-    /// By index; positions are those of the last step, to say where one was lost.
-    pub(super) atoms: Vec<Atom>,
+    kinds: Vec<Kind>,
     walls: usize,
-    /// Loads of the last step, weight included, by index.
-    pub(super) loads: Vec<AppliedLoad>,
+    pub(super) order: Order,
     /// The present time step (s); 0 before the first step.
     pub(super) time_step: f64,
 }
 
+/// The id that LIGGGHTS has for a particle.
+fn tag(id: u64) -> Outcome<i32> {
+    i32::try_from(id.saturating_add(1)).map_err(|_| format!("it has no numbers for ids as large as {id}"))
+}
+
+/// The id of a particle.
+fn id_of(tag: i32) -> u64 {
+    tag as u64 - 1
+}
+
 impl Session {
-    fn open(plan: &Plan, atoms: Vec<Atom>, saved: &[u8]) -> Outcome<Self> {
+    /// With these bodies, or with what was saved; the first process of all reads LIGGGHTS's own file.
+    fn open(
+        instance: Instance,
+        plan: &Plan,
+        kinds: &[Kind],
+        (bodies, saved, is_first): (&[Body], &[u8], bool),
+    ) -> Outcome<Self> {
         let saved = match saved {
             [] => None,
-            saved => Some(
-                Saved::of(saved, atoms.len())
-                    .ok_or("what LIGGGHTS saved is not whole, or of another case")?,
-            ),
+            saved => Some(Saved::of(saved).ok_or("what LIGGGHTS saved is not whole")?),
         };
-        let (instance, loads) = (Instance::take()?, vec![AppliedLoad::default(); atoms.len()]);
-        let mut session = Self { instance, atoms, walls: plan.walls, loads, time_step: 0.0 };
-        if let Some(path) = &plan.options.log_file {
+        let kinds = kinds.to_vec();
+        let mut session =
+            Self { instance, kinds, walls: plan.walls, order: Order::default(), time_step: 0.0 };
+        // One file for all.
+        if let Some(path) = plan.options.log_file.as_ref().filter(|_| is_first) {
             let log = open_log(path)?;
             session.instance.command(&format!("log {} append", path_of(&log)))?;
+        } else {
+            session.instance.command("log none")?;
         }
         session.instance.commands(&plan.before)?;
         if let Some(saved) = &saved {
-            saved.read_restart(&session.instance)?;
+            saved.read_restart(&session.instance, is_first)?;
             session.instance.commands(&plan.after)?;
         } else {
             session.instance.commands(plan.space.iter().chain(&plan.after))?;
-            // At random, to be put in their places; the seed has no meaning.
-            let create = format!("create_atoms 1 random {} 49979687 NULL", session.atoms.len());
-            session.instance.command(&create)?;
-            session.write_atoms()?;
+            session.create(bodies)?;
         }
         session.instance.commands(&plan.last)?;
         // A restart file has the groups; a region would put other particles into them now.
@@ -183,199 +233,186 @@ impl Session {
         session.instance.command("run 0")?;
         // What follows would be a line for every step.
         session.instance.command("log none")?;
-        session.indices()?;
         if let Some(saved) = saved {
-            session.restore(saved)?;
+            session.restore(&saved)?;
         }
         Ok(session)
     }
 
-    /// Puts the atoms in their places.
-    fn write_atoms(&mut self) -> Outcome<()> {
-        let made = self.instance.arrays()?.id.len();
-        if made != self.atoms.len() {
-            return Err(format!("LIGGGHTS made {made} particles instead of {}", self.atoms.len()));
-        }
-        let indices = self.indices()?;
+    /// Makes the atoms, each in its place.
+    fn create(&mut self, bodies: &[Body]) -> Outcome<()> {
+        let tags: Vec<i32> = bodies.iter().map(|body| tag(body.id)).collect::<Outcome<_>>()?;
+        let positions: Vec<[f64; 3]> = bodies.iter().map(|body| body.position).collect();
+        self.instance.create(&tags, &positions)?;
         let arrays = self.instance.arrays()?;
-        for (k, index) in indices.into_iter().enumerate() {
-            let atom = &self.atoms[index];
-            arrays.kind[k] = atom.material as i32 + 1;
-            arrays.radius[k] = atom.radius;
-            arrays.mass[k] = atom.mass;
-            arrays.density[k] = atom.mass / (4.0 / 3.0 * PI * atom.radius * atom.radius * atom.radius);
-            arrays.position[k] = atom.position;
-            arrays.velocity[k] = atom.velocity;
-            arrays.angular_velocity[k] = atom.angular_velocity;
+        for (k, body) in bodies.iter().enumerate() {
+            let kind = self.kinds[body.template as usize];
+            arrays.kind[k] = kind.material as i32 + 1;
+            arrays.radius[k] = kind.radius;
+            arrays.mass[k] = kind.mass;
+            arrays.density[k] = kind.mass / (4.0 / 3.0 * PI * kind.radius * kind.radius * kind.radius);
+            arrays.velocity[k] = body.velocity;
+            arrays.angular_velocity[k] = body.angular_velocity;
         }
-        Ok(())
+        // Brings them to the processes whose blocks they lie in.
+        self.instance.command("displace_atoms all move 0 0 0 units box")
     }
 
-    /// The index of every atom of LIGGGHTS in its order; an error if one is not there.
-    pub(super) fn indices(&mut self) -> Outcome<Vec<usize>> {
-        let mut there = vec![false; self.atoms.len()];
-        let indices: Vec<usize> = self.instance.arrays()?.id.iter().map(|&id| id as usize - 1).collect();
-        for &index in &indices {
-            *there.get_mut(index).ok_or("LIGGGHTS has a particle that it was not given")? = true;
-        }
-        let Some(lost) = there.iter().position(|there| !there) else {
-            return Ok(indices);
-        };
-        let others = there.iter().filter(|there| !**there).count() - 1;
-        let more = if others > 0 { format!(" and {others} more") } else { String::new() };
-        Err(format!(
-            "LIGGGHTS has lost {}{more}: it has left the box, or moved too far in one step",
-            self.describe(lost)
-        ))
-    }
-
-    /// A particle and its last position.
-    fn describe(&self, index: usize) -> String {
-        let Atom { id, position: [x, y, z], .. } = self.atoms[index];
-        format!("particle {id}, last seen at ({x:.6e}, {y:.6e}, {z:.6e}) m")
-    }
-
-    fn advance(&mut self, step: f64, substeps: u32, loads: &[AppliedLoad]) -> Outcome<Vec<State>> {
-        if loads.len() != self.atoms.len() {
-            return Err("as many loads as particles are needed".to_owned());
-        }
+    fn advance(&mut self, step: f64, substeps: u32, loads: &[AppliedLoad], gravity: Vec3) -> Outcome<()> {
         if self.time_step.to_bits() != step.to_bits() {
             // LIGGGHTS takes note of another time step in a set-up only.
             self.instance.command(&format!("timestep {step:e}"))?;
             self.instance.command("run 0")?;
             self.time_step = step;
         }
-        self.set_loads(loads)?;
-        if self.atoms.iter().all(|atom| atom.inertia_ratio.to_bits() == 1.0_f64.to_bits()) {
-            self.instance.command(&format!("run {substeps} pre no post no"))?;
-        } else {
-            for _ in 0..substeps {
-                self.each_atom(|atom, arrays, k| {
-                    arrays.torque[k] = arrays.torque[k].map(|t| t * atom.inertia_ratio);
-                })?;
-                self.instance.command("run 1 pre no post no")?;
-                self.each_atom(|atom, arrays, k| {
-                    let inertia = SPHERE * atom.mass * atom.radius * atom.radius;
-                    let factor = (atom.inertia_ratio - 1.0) * 0.5 * step / inertia;
-                    for i in 0..3 {
-                        arrays.angular_velocity[k][i] += factor * arrays.torque[k][i];
-                    }
-                })?;
-            }
+        let set = self.set_loads(loads, gravity);
+        // The others would wait for this process; it says why it has failed.
+        if self.instance.any(set.is_err()) {
+            return set;
         }
-        let states = self.states()?;
-        for (index, state) in states.iter().enumerate() {
-            let numbers = [state.position, state.velocity, state.angular_velocity];
-            if !numbers.iter().flatten().all(|x| x.is_finite()) {
-                return Err(format!("the state of {} is not finite", self.describe(index)));
-            }
+        if self.kinds.iter().all(|kind| kind.inertia_ratio.to_bits() == 1.0_f64.to_bits()) {
+            return self.instance.command(&format!("run {substeps} pre no post no"));
         }
-        for (atom, state) in self.atoms.iter_mut().zip(&states) {
-            atom.position = state.position;
+        for _ in 0..substeps {
+            self.each_atom(|kind, arrays, k| {
+                arrays.torque[k] = arrays.torque[k].map(|t| t * kind.inertia_ratio);
+            })?;
+            self.instance.command("run 1 pre no post no")?;
+            self.each_atom(|kind, arrays, k| {
+                let inertia = SPHERE * kind.mass * kind.radius * kind.radius;
+                let factor = (kind.inertia_ratio - 1.0) * 0.5 * step / inertia;
+                for i in 0..3 {
+                    arrays.angular_velocity[k][i] += factor * arrays.torque[k][i];
+                }
+            })?;
         }
-        Ok(states)
+        Ok(())
     }
 
-    /// Calls `change` with every atom, the arrays, and its place in them.
-    fn each_atom(&mut self, mut change: impl FnMut(&Atom, &mut Arrays, usize)) -> Outcome<()> {
-        let indices = self.indices()?;
+    /// Calls `change` with the kind of every atom, the arrays, and its place in them.
+    fn each_atom(&mut self, mut change: impl FnMut(&Kind, &mut Arrays, usize)) -> Outcome<()> {
         let mut arrays = self.instance.arrays()?;
-        for (k, index) in indices.into_iter().enumerate() {
-            change(&self.atoms[index], &mut arrays, k);
+        for k in 0..arrays.id.len() {
+            let own = (arrays.radius[k].to_bits(), arrays.mass[k].to_bits());
+            let kind = self.kinds.iter().find(|kind| (kind.radius.to_bits(), kind.mass.to_bits()) == own);
+            change(kind.ok_or("LIGGGHTS has a particle that it was not given")?, &mut arrays, k);
         }
         Ok(())
     }
 
-    /// Sets the loads of the coming step.
-    fn set_loads(&mut self, loads: &[AppliedLoad]) -> Outcome<()> {
-        let indices = self.indices()?;
+    /// Sets the loads of the coming step, by ascending id.
+    fn set_loads(&mut self, loads: &[AppliedLoad], gravity: Vec3) -> Outcome<()> {
         let arrays = self.instance.arrays()?;
-        for (k, &index) in indices.iter().enumerate() {
-            let (load, last) = (&loads[index], &self.loads[index]);
+        self.order.note(arrays.id);
+        let places = self.order.places.iter().map(|&k| k as usize);
+        let are_those = arrays.id.len() == loads.len()
+            && places.clone().zip(loads).all(|(k, load)| id_of(arrays.id[k]) == load.id);
+        if !are_those {
+            return Err("the loads are not those of its particles".to_owned());
+        }
+        let mass = arrays.mass.to_vec();
+        let weighted = |k: usize, load: &AppliedLoad| -> [f64; 3] {
+            (Vec3::from(load.force) + gravity * mass[k]).into()
+        };
+        let n = loads.len();
+        // The fixes that hold the loads, made by `couple/cfd/force`.
+        let (mut forces, mut torques) = (vec![[0.0; 3]; n], vec![[0.0; 3]; n]);
+        let held = self.instance.property("dragforce", n)?;
+        for (k, load) in places.clone().zip(loads) {
+            let force = weighted(k, load);
+            forces[k] = std::array::from_fn(|i| force[i] - held[k][i]);
+            held[k] = force;
+        }
+        let held = self.instance.property("hdtorque", n)?;
+        for (k, load) in places.zip(loads) {
+            torques[k] = std::array::from_fn(|i| load.torque[i] - held[k][i]);
+            held[k] = load.torque;
+        }
+        let arrays = self.instance.arrays()?;
+        for k in 0..n {
             for i in 0..3 {
-                arrays.force[k][i] += load.force[i] - last.force[i];
-                arrays.torque[k][i] += load.torque[i] - last.torque[i];
+                arrays.force[k][i] += forces[k][i];
+                arrays.torque[k][i] += torques[k][i];
             }
         }
-        // The fixes that hold the loads, made by `couple/cfd/force`.
-        let forces = self.instance.property("dragforce", indices.len())?;
-        forces.iter_mut().zip(&indices).for_each(|(force, &index)| *force = loads[index].force);
-        let torques = self.instance.property("hdtorque", indices.len())?;
-        torques.iter_mut().zip(&indices).for_each(|(torque, &index)| *torque = loads[index].torque);
-        self.loads.copy_from_slice(loads);
         Ok(())
     }
 
-    /// The spheres now, by index.
-    pub(super) fn states(&mut self) -> Outcome<Vec<State>> {
-        let indices = self.indices()?;
+    /// The loads on the atoms, weight included: forces and torques in LIGGGHTS's order.
+    pub(super) fn loads(&mut self) -> Outcome<[Vec<[f64; 3]>; 2]> {
+        let n = self.instance.arrays()?.id.len();
+        let forces = self.instance.property("dragforce", n)?.to_vec();
+        Ok([forces, self.instance.property("hdtorque", n)?.to_vec()])
+    }
+
+    /// The spheres of this process now, ascending by id, with their loads, weight included.
+    pub(super) fn states(&mut self) -> Outcome<Vec<LoadedState>> {
+        let [forces, torques] = self.loads()?;
         let arrays = self.instance.arrays()?;
-        let mut states = vec![State::default(); self.atoms.len()];
-        for (k, &index) in indices.iter().enumerate() {
-            let load = &self.loads[index];
-            states[index] = State {
-                id: self.atoms[index].id,
+        self.order.note(arrays.id);
+        let state = |k: usize| {
+            let (force, torque) = (forces[k], torques[k]);
+            let state = State {
+                id: id_of(arrays.id[k]),
                 orientation: [0.0, 0.0, 0.0, 1.0],
                 position: arrays.position[k],
                 velocity: arrays.velocity[k],
                 angular_velocity: arrays.angular_velocity[k],
-                contact_force: std::array::from_fn(|i| arrays.force[k][i] - load.force[i]),
-                contact_torque: std::array::from_fn(|i| arrays.torque[k][i] - load.torque[i]),
+                contact_force: std::array::from_fn(|i| arrays.force[k][i] - force[i]),
+                contact_torque: std::array::from_fn(|i| arrays.torque[k][i] - torque[i]),
             };
-        }
-        Ok(states)
+            LoadedState { state, force, torque }
+        };
+        Ok(self.order.places.iter().map(|&k| state(k as usize)).collect())
     }
 
     /// The forces of the contacts as they acted: LIGGGHTS computes them when asked, so the velocities are those of half a step
     /// before in the meantime. (Those of periodic images are that all the time.) It does not know then that a contact slid: its
     /// tangential dashpot is in the friction although it did not act.
     fn contacts(&mut self, model: Option<&ContactSection>) -> Outcome<Vec<ContactForce>> {
-        let indices = self.indices()?;
+        let step = self.time_step;
         let arrays = self.instance.arrays()?;
         let now = (arrays.velocity.to_vec(), arrays.angular_velocity.to_vec());
-        for (k, &index) in indices.iter().enumerate() {
-            let atom = &self.atoms[index];
-            let kick = 0.5 * self.time_step / atom.mass;
-            let twist = kick * atom.inertia_ratio / (SPHERE * atom.radius * atom.radius);
+        self.each_atom(|kind, arrays, k| {
+            let kick = 0.5 * step / kind.mass;
+            let twist = kick * kind.inertia_ratio / (SPHERE * kind.radius * kind.radius);
             for i in 0..3 {
                 arrays.velocity[k][i] -= kick * arrays.force[k][i];
                 arrays.angular_velocity[k][i] -= twist * arrays.torque[k][i];
             }
-        }
+        })?;
         let rows = self.instance.rows(PAIRS);
         // Asking for contacts does not sort the particles.
         let arrays = self.instance.arrays()?;
         arrays.velocity.copy_from_slice(&now.0);
         arrays.angular_velocity.copy_from_slice(&now.1);
+        let ids: Vec<u64> = arrays.id.iter().map(|&tag| id_of(tag)).collect();
         let mut contacts = Vec::new();
         for row in rows? {
-            let [a, b] = [row[6] as usize - 1, row[7] as usize - 1];
+            let [a, b] = [row[6] as i32, row[7] as i32];
             let on_first = |at: usize| {
                 let force = Vec3::new(row[at], row[at + 1], row[at + 2]);
                 if a > b { -force } else { force }
             };
             let (normal, mut friction) = (on_first(12), on_first(15));
-            let [first, second] = [a.min(b), a.max(b)].map(|index| &self.atoms[index]);
-            if let Some(model) = model {
+            let [first, second] = [a.min(b), a.max(b)];
+            let materials = [first, second].map(|tag| self.instance.kind_of(tag));
+            if let (Some(model), [Some(one), Some(other)]) = (model, materials) {
                 // A contact that slides has Coulomb's friction; the dashpot that LIGGGHTS adds now did not act.
-                let pair = model.pair(first.material, second.material);
+                let pair = model.pair(one - 1, other - 1);
                 let (most, norm) = (deck::friction(pair) * normal.norm(), friction.norm());
                 if norm > most {
                     friction *= most / norm;
                 }
             }
-            contacts.push(ContactForce {
-                first: first.id,
-                second: second.id,
-                force: (normal + friction).into(),
-            });
+            let [first, second] = [first, second].map(id_of);
+            contacts.push(ContactForce { first, second, force: (normal + friction).into() });
         }
         for wall in 0..self.walls {
-            let forces = self.instance.property(&format!("force_{}", wall_fix(wall)), indices.len())?;
-            for (&force, &index) in forces.iter().zip(&indices) {
+            let forces = self.instance.property(&format!("force_{}", wall_fix(wall)), ids.len())?;
+            for (&force, &first) in forces.iter().zip(&ids) {
                 if force.iter().any(|component| *component != 0.0) {
-                    let (first, second) = (self.atoms[index].id, ContactState::of_wall(wall));
-                    contacts.push(ContactForce { first, second, force });
+                    contacts.push(ContactForce { first, second: ContactState::of_wall(wall), force });
                 }
             }
         }

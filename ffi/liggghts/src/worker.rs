@@ -9,7 +9,7 @@ use std::os::fd::{AsFd, AsRawFd};
 use std::os::unix::net::UnixStream;
 use std::process::ExitCode;
 use std::sync::Arc;
-use turbid_process::serve;
+use turbid_process::{Seat, serve};
 
 /// The verb of the worker.
 pub const VERB: &str = "liggghts-worker";
@@ -36,7 +36,7 @@ fn run() -> io::Result<()> {
     }
     // SAFETY: sets the buffering of a stream that nothing has been written to.
     unsafe { liggghts_sys::lgg_flush_lines() };
-    let mut engine = Engine::default();
+    let mut engine = Engine::new(Seat::default());
     let outcome = serve(&mut engine, &mut socket);
     drop(engine);
     // SAFETY: the last call to MPI of this process.

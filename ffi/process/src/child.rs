@@ -54,6 +54,16 @@ pub struct Program {
     pub stop: Arc<AtomicBool>,
 }
 
+/// A message that waits for its answer.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked {
+    pub(crate) kind: Kind,
+    /// Processes of the engine.
+    pub(crate) parts: usize,
+    /// Most bytes of the answer.
+    pub(crate) most: u64,
+}
+
 /// An engine and the socket to it.
 #[derive(Debug)]
 pub(crate) struct Worker {
@@ -113,31 +123,32 @@ impl Worker {
         })
     }
 
-    /// Sends a message and waits for the answer of at most `most` bytes. One that does not answer, or not as the protocol has it,
-    /// is gone, and the error says how it ended.
-    pub(crate) fn ask(&mut self, kind: Kind, payload: &[u8], most: u64) -> Outcome<Vec<u8>> {
+    /// Sends a message and waits for the answer of at most `most` bytes to what was `asked`; one of several processes may answer with an
+    /// exchange first. One that does not answer, or not as the protocol has it, is gone, and the error says how it ended.
+    pub(crate) fn ask(&mut self, kind: Kind, payload: &[u8], asked: &Asked) -> Outcome<(Kind, Vec<u8>)> {
         let channel = self.channel.as_mut().ok_or("its process has ended before")?;
-        let brief = matches!(kind, Kind::Advance | Kind::ListContacts);
+        let brief = matches!(asked.kind, Kind::Advance | Kind::ListContacts);
         channel.limit = if brief { self.timeout } else { 10 * self.timeout };
         (channel.waited, channel.stopping) = (Duration::ZERO, false);
         // One that has ended may have said why.
         let sent = message::write(channel, kind, payload);
-        let (answer, bytes) = match message::read(channel, most).map_err(|read| sent.err().unwrap_or(read)) {
-            Ok(message) => message,
-            Err(error) => return Err(self.how_it_ended(&error)),
-        };
+        let (answer, bytes) =
+            match message::read(channel, asked.most).map_err(|read| sent.err().unwrap_or(read)) {
+                Ok(message) => message,
+                Err(error) => return Err(self.how_it_ended(&error)),
+            };
         // Only the set-up writes to the log.
-        if kind == Kind::SetUp {
+        if asked.kind == Kind::SetUp {
             self.logged = self.log_file.as_deref().map_or(0, length);
         }
         if answer == Kind::Error {
             return Err(String::from_utf8_lossy(&bytes).into_owned());
         }
-        if answer != kind.answer() {
+        if answer != asked.kind.answer() && (answer != Kind::Exchange || asked.parts == 1) {
             self.kill();
             return Err(format!("answered `{}` with the message `{}`", kind.name(), answer.name()));
         }
-        Ok(bytes)
+        Ok((answer, bytes))
     }
 
     /// Message about the end of an engine that has not answered.

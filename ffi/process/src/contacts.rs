@@ -1,6 +1,6 @@
 //! Contacts, from the geometry of the bodies and the forces of the engine.
 
-use super::{External, Root};
+use super::External;
 use crate::message::{MeasuredContact, State};
 use turbid_core::contact::{Body, Geometry, overlap, overlap_wall};
 use turbid_core::dem::native::failures::{is_too_deep, position_text};
@@ -30,32 +30,41 @@ impl External {
         )))
     }
 
-    /// Counts the contacts of all particles as they are now; on rank 0.
-    pub(super) fn count(&mut self, now: &[Particle]) -> Result<()> {
-        let Some(mut root) = self.root.take() else {
-            return Ok(());
-        };
+    /// Counts the contacts as they are now.
+    pub(super) fn count(&mut self) -> Result<()> {
         let domain = self.near.decomposition().domain;
-        root.particles.clear();
-        root.particles.extend_from_slice(now);
+        let store = &self.population.store;
+        let now = &store.particles;
         let positions: Vec<Vec3> = now.iter().map(Particle::position).collect();
-        let mut pairs = Vec::with_capacity(root.pairs.len());
-        let (mut deepest, mut outcome) = (0.0_f64, Ok(()));
-        let mut add = |first: usize, second: u64, depth: f64, thickness: f64| {
+        let radii: Vec<f64> = now.iter().map(|p| self.contours[p.template as usize].reach()).collect();
+        let found = if self.params.contact.is_some() {
+            self.finder.find(&positions, &radii).to_vec()
+        } else {
+            Vec::new()
+        };
+        let mut pairs = Vec::with_capacity(self.pairs.len());
+        // Those that this rank evaluates, each contact is one of one rank.
+        let (mut own, mut deepest, mut outcome) = (Vec::new(), 0.0_f64, Ok(()));
+        let mut add = |first: usize, second: u64, is_own: bool, depth: f64, thickness: f64| {
             if depth <= 0.0 {
                 return;
             }
-            pairs.push((first as u64, second));
+            let pair = (now[first].id, second);
+            pairs.push(pair);
+            if !is_own {
+                return;
+            }
+            own.push(pair);
             deepest = deepest.max(depth);
             if is_too_deep(depth, thickness) && outcome.is_ok() {
                 let other = match ContactState::wall_of(second) {
                     Some(wall) => format!("wall `{}`", self.params.walls[wall].name),
-                    None => self.ids[second as usize].to_string(),
+                    None => second.to_string(),
                 };
                 let what = format!(
                     "particles {} at {} and {other}: overlap {depth:.3e} m deep, more than a quarter of the thickness \
                      {thickness:.3e} m",
-                    self.ids[first],
+                    now[first].id,
                     position_text(positions[first]),
                 );
                 outcome = Err(Error::Diverged { step: self.step, what });
@@ -63,23 +72,22 @@ impl External {
         };
         let sphere = |i: usize| self.contours[now[i].template as usize].shape.as_sphere().is_some();
         let thickness = |i: usize| self.thickness(&now[i]);
-        if self.params.contact.is_some() {
-            for &[i, j] in root.finder.find(&positions, &root.radii) {
-                let [i, j] = [i as usize, j as usize];
-                let offset = domain.nearest_image(positions[j] - positions[i]);
-                let depth = if sphere(i) && sphere(j) {
-                    root.radii[i] + root.radii[j] - offset.norm()
-                } else {
-                    let bodies = [self.body(&now[i]), self.body(&now[j])];
-                    overlap(Geometry::Exact, &bodies[0], &bodies[1], offset)
-                        .map_or(0.0, |overlap| overlap.depth)
-                };
-                add(i, j as u64, depth, thickness(i).min(thickness(j)));
-            }
+        for [i, j] in found {
+            let [i, j] = [i as usize, j as usize];
+            let [i, j] = if now[i].id < now[j].id { [i, j] } else { [j, i] };
+            let offset = domain.nearest_image(positions[j] - positions[i]);
+            let depth = if sphere(i) && sphere(j) {
+                radii[i] + radii[j] - offset.norm()
+            } else {
+                let bodies = [self.body(&now[i]), self.body(&now[j])];
+                overlap(Geometry::Exact, &bodies[0], &bodies[1], offset).map_or(0.0, |overlap| overlap.depth)
+            };
+            let is_own = self.near.evaluating_rank_of([i, j], store) == Some(self.rank);
+            add(i, now[j].id, is_own, depth, thickness(i).min(thickness(j)));
         }
         // Walls move along themselves only, so their surfaces stay where they are.
         for (index, wall) in self.params.touched_walls().iter().enumerate() {
-            for (i, (&position, &radius)) in positions.iter().zip(&root.radii).enumerate() {
+            for (i, (&position, &radius)) in positions.iter().zip(&radii).enumerate() {
                 let room = wall.surface.distance(position).abs();
                 let depth = if sphere(i) || room > radius {
                     radius - room
@@ -88,37 +96,38 @@ impl External {
                     overlap_wall(Geometry::Exact, &self.body(&now[i]), &wall)
                         .map_or(0.0, |overlap| overlap.depth)
                 };
-                add(i, ContactState::of_wall(index), depth, thickness(i));
+                add(i, ContactState::of_wall(index), i < store.owned, depth, thickness(i));
             }
         }
+        // The rank that evaluates a contact knew both bodies before, too.
+        let begun = own.iter().filter(|pair| self.pairs.binary_search(pair).is_err()).count() as u64;
+        self.summary =
+            ContactSummary { count: own.len(), max_depth: deepest, begun: self.summary.begun + begun };
         pairs.sort_unstable();
-        let begun = pairs.iter().filter(|pair| root.pairs.binary_search(pair).is_err()).count() as u64;
-        let begun = root.summary.begun + begun;
-        root.summary = ContactSummary { count: pairs.len(), max_depth: deepest, begun };
-        root.pairs = pairs;
-        self.root = Some(root);
+        self.pairs = pairs;
         outcome
     }
 
     /// A contact with its geometry at the present positions, or the overlap that the engine has measured; nothing for bodies that have
     /// parted.
-    pub(super) fn contact_state(&self, root: &Root, measured: &MeasuredContact) -> Option<ContactState> {
+    pub(super) fn contact_state(&self, measured: &MeasuredContact) -> Option<ContactState> {
         let contact = &measured.contact;
         let domain = self.near.decomposition().domain;
-        let first = &root.particles[self.index(contact.first)];
+        let known = |id: u64| self.population.index_of(id).map(|at| &self.population.store.particles[at]);
+        let first = known(contact.first)?;
         let position = first.position();
         let overlap = if let Some(wall) = ContactState::wall_of(contact.second) {
             let surface = self.params.walls[wall].surface.seen_from(position);
             overlap_wall(Geometry::Exact, &self.body(first), &surface)?
         } else {
-            let second = &root.particles[self.index(contact.second)];
+            let second = known(contact.second)?;
             let offset = domain.nearest_image(second.position() - position);
             overlap(Geometry::Exact, &self.body(first), &self.body(second), offset)?
         };
         let (point, volume) = match measured.overlap {
             // Of spheres an engine may leave it out, of others it must not.
             own if own.volume > 0.0
-                || root.hello.overlaps && self.body(first).grown.shape.as_sphere().is_none() =>
+                || self.able.overlaps && self.body(first).grown.shape.as_sphere().is_none() =>
             {
                 (own.centroid.into(), own.volume)
             }

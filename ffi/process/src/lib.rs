@@ -1,8 +1,9 @@
 //! Engines outside of Turbid behind the engine trait: in a process of their own, or in this one behind the same messages.
 //!
-//! The messages are those of `docs/engine-protocol.md`. Rank 0 has the engine; loads are gathered there, and the states of all
-//! particles go to all ranks, each of which takes its own. So any number of ranks gets the same bits, up to the some tens of
-//! thousands of particles that one core moves.
+//! The messages are those of `docs/engine-protocol.md`. An engine consists of one process or of several, its parts; the first ranks have one
+//! each. After a step a part sends each of its particles to the rank whose block holds it, and that rank sends the next load of the particle
+//! back there. So no rank has all particles but that of an engine of one part, which moves the some tens of thousands of particles
+//! of one core, with the same bits on any number of ranks.
 //!
 //! An engine has positions, velocities, angular velocities and the history of the contacts; orientations of spheres are integrated
 //! here unless it has them. Counts and overlaps of contacts come from the geometry; the force of each is requested only when it is
@@ -11,13 +12,15 @@
 mod child;
 mod contacts;
 mod message;
+mod route;
 mod serve;
 mod setup;
 mod start;
 
 pub use child::{Program, open_log};
 pub use message::{
-    AppliedLoad, Body, ContactForce, MeasuredContact, MeasuredOverlap, Outcome, State, VERSION, read_messages,
+    AppliedLoad, Body, ContactForce, LoadedState, MeasuredContact, MeasuredOverlap, Outcome, State, VERSION,
+    VERSION_OF_PARTS, read_messages,
 };
 pub use serve::{Served, serve};
 pub use setup::{
@@ -25,9 +28,9 @@ pub use setup::{
     wall_flaw,
 };
 
-use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec, pod_read_unaligned};
-use child::Worker;
+use child::{Asked, Worker};
 use message::Kind;
+use route::Arrived;
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Arc;
@@ -73,15 +76,32 @@ pub struct ExternalParams {
     pub resumes: bool,
     /// Memory for what the engine saves (bytes).
     pub memory: u64,
+    /// True if the engine resumes from what other parts than those of now have saved, one after the other.
+    pub regroups: bool,
 }
 
-/// The process in which an engine runs.
+/// The processes in which an engine runs.
 #[derive(Clone, Debug)]
 pub enum Host {
     /// In a process of its own.
     Process(Program),
-    /// In this one.
-    Here(fn() -> Box<dyn Served>),
+    /// In this number of processes of its own, at most one for each rank.
+    Processes(Program, usize),
+    /// In this one; if all ranks are processes of MPI, in all of them, with a communicator of its own.
+    Here(fn(Seat) -> Box<dyn Served>),
+}
+
+/// Place of a part in an engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Seat {
+    /// Its index.
+    pub part: usize,
+    /// Number of parts; 1 for an engine alone.
+    pub parts: usize,
+    /// Communicator of the processes that have the parts, as a handle of Fortran's; none for an engine alone.
+    pub communicator: Option<i32>,
+    /// Blocks of the ranks along each axis, the first one fastest; with a communicator.
+    pub grid: [usize; 3],
 }
 
 impl ExternalParams {
@@ -99,6 +119,7 @@ impl ExternalParams {
             host,
             resumes: false,
             memory: u64::MAX,
+            regroups: false,
         }
     }
 
@@ -116,28 +137,34 @@ enum Peer {
 }
 
 impl Peer {
-    /// Payload of the answer to a message, at most `most` bytes.
-    fn ask(&mut self, kind: Kind, payload: &[u8], most: u64) -> Outcome<Vec<u8>> {
+    /// Kind and payload of the answer to a message that belongs to what was asked.
+    fn ask(&mut self, kind: Kind, payload: &[u8], asked: &Asked) -> Outcome<(Kind, Vec<u8>)> {
         match self {
-            Self::Process(worker) => worker.ask(kind, payload, most),
-            Self::Here(engine) => serve::answer(&mut **engine, kind, payload),
+            Self::Process(worker) => worker.ask(kind, payload, asked),
+            Self::Here(engine) => {
+                serve::answer(&mut **engine, kind, payload, asked.parts).map(|answer| (kind.answer(), answer))
+            }
         }
     }
 }
 
-/// State of rank 0.
+/// A part of the engine, on the rank that has it.
 #[derive(Debug)]
-struct Root {
+struct Part {
     peer: RefCell<Peer>,
     hello: Hello,
-    /// Radius of contact (m) by index.
-    radii: Vec<f64>,
-    finder: PairFinder,
-    /// All particles by index; of their motion only positions and orientations are kept up to date.
-    particles: Vec<Particle>,
-    /// Contacts of the last step by index, ascending; a wall is [`ContactState::of_wall`] of its index.
-    pairs: Vec<(u64, u64)>,
-    summary: ContactSummary,
+    /// The particles that it has, ascending by id, with their owners.
+    owners: RefCell<Vec<(u64, u32)>>,
+}
+
+/// Abilities that the engine says it has, the same on every rank.
+#[derive(Clone, Copy, Debug, Default)]
+struct Abilities {
+    orientations: bool,
+    /// It lists contacts.
+    tells: bool,
+    /// It measures their overlaps.
+    overlaps: bool,
 }
 
 /// An engine outside of Turbid.
@@ -145,28 +172,35 @@ struct Root {
 pub struct External {
     params: ExternalParams,
     rank: usize,
+    seat: Seat,
     near: GhostLayer,
     population: LocalParticles,
+    /// The part that has each of the owned particles.
+    holders: RefCell<Vec<u32>>,
     /// By template.
     inertias: Vec<Inertia>,
     /// By template.
     contours: Vec<GrownShape>,
-    /// Ids of all particles, ascending.
-    ids: Vec<u64>,
-    /// True if the engine has orientations.
-    orientations: bool,
-    /// Without particles there is none.
-    root: Option<Root>,
+    able: Abilities,
+    /// That of this rank; without particles there is none.
+    part: Option<Part>,
     /// An engine that has been greeted but not set up.
     greeted: Option<(Peer, Hello)>,
+    finder: PairFinder,
+    /// Contacts of the last step between particles of this rank, ghosts among them, by id, ascending; a wall is
+    /// [`ContactState::of_wall`] of its index.
+    pairs: Vec<(u64, u64)>,
+    summary: ContactSummary,
     /// Calls of [`advance`](DemEngine::advance) since the start.
     step: u64,
     /// Mass of all particles (kg).
     mass: f64,
     /// Largest force of contacts (N): it moves all particles together by a cell in a sub-step from rest.
     strongest: f64,
-    /// True if the engine has failed: then nothing moves any more.
+    /// True on every rank if the engine has failed: then nothing moves any more.
     failed: bool,
+    /// True if it has failed on this rank.
+    failed_here: bool,
     /// Reason for missing contacts, until [`health`](DemEngine::health) reports it.
     pending_error: RefCell<Option<String>>,
 }
@@ -174,11 +208,10 @@ pub struct External {
 impl External {
     /// True if the overlaps of contacts are those that the engine has measured itself.
     pub fn measures_overlaps(&self) -> bool {
-        self.root.as_ref().is_some_and(|root| root.hello.overlaps)
+        self.able.overlaps
     }
 
-    /// The part of `all` that this rank owns or has as ghosts, with the engine set up on rank 0; all arguments are the same on
-    /// every rank. Collective.
+    /// The part of `all` that this rank owns or has as ghosts, with the engine set up; all arguments are the same on every rank. Collective.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for shapes and walls that the engine does not have; [`Error::Input`] if it does not start, or
@@ -197,23 +230,31 @@ impl External {
         let contours: Vec<GrownShape> = templates.iter().map(contour).collect();
         let reach: Vec<f64> = contours.iter().map(GrownShape::reach).collect();
         let (rank, inertias) = (comm.rank(), templates.iter().map(Inertia::of).collect());
+        let seat = seat(&params, &decomposition, comm)?;
         let near = GhostLayer::new(decomposition, rank, &reach);
+        let (lo, extent) = near.window();
+        let finder = PairFinder::in_window(near.decomposition().domain, lo, extent);
         let population = LocalParticles::new(&near, templates, Vec::new());
         let mut engine = Self {
             params,
             rank,
+            seat,
             near,
             population,
+            holders: RefCell::default(),
             inertias,
             contours,
-            ids: Vec::new(),
-            orientations: false,
-            root: None,
+            able: Abilities::default(),
+            part: None,
             greeted: None,
+            finder,
+            pairs: Vec::new(),
+            summary: ContactSummary::default(),
             step: 0,
             mass: 0.0,
             strongest: f64::MAX,
             failed: false,
+            failed_here: false,
             pending_error: RefCell::default(),
         };
         let resumes = engine.params.resumes;
@@ -221,63 +262,80 @@ impl External {
         Ok(engine)
     }
 
-    /// The loads of the owned particles, as a message to rank 0.
-    fn load_message(&self, loads: &[Load]) -> Vec<u8> {
-        let load = |(particle, load): (&Particle, &Load)| AppliedLoad {
-            id: particle.id,
-            force: load.force.into(),
-            torque: load.torque.into(),
-        };
-        let loads: Vec<AppliedLoad> = self.population.store.owned().iter().zip(loads).map(load).collect();
-        cast_slice(&loads).to_vec()
-    }
-
-    /// Index of a particle among all.
-    fn index(&self, id: u64) -> usize {
-        self.ids.binary_search(&id).expect("the ids are those of all particles")
-    }
-
-    /// Makes a step under the loads of all ranks, on rank 0; the bytes of a [`State`] for each particle.
-    fn advance_all(&self, messages: &[Vec<u8>], dt: f64) -> Result<Vec<u8>> {
-        self.health()?;
-        let mut loads = vec![AppliedLoad::default(); self.ids.len()];
-        for entry in messages.iter().flat_map(|message| message.chunks_exact(size_of::<AppliedLoad>())) {
-            let load: AppliedLoad = pod_read_unaligned(entry);
-            // NaN sends engines out of their arrays.
-            if !load.force.iter().chain(&load.torque).all(|x| x.is_finite()) {
-                return Err(self.failure(format!("the load on particle {} is not finite", load.id)));
-            }
-            loads[self.index(load.id)] = load;
-        }
-        let substeps = self.params.substeps;
-        let message = message::advance(dt / f64::from(substeps), substeps, &loads);
-        let most = size_of::<State>() * loads.len();
-        let Some(peer) = self.peer() else { return Ok(Vec::new()) };
-        let answer = peer.borrow_mut().ask(Kind::Advance, &message, most as u64);
-        let states = answer.and_then(|bytes| message::read_states(&bytes, &self.ids, self.orientations));
-        states.map(|states| cast_slice(&states).to_vec()).map_err(|what| self.failure(what))
-    }
-
-    /// The engine, on rank 0, if it has particles and works.
-    fn peer(&self) -> Option<&RefCell<Peer>> {
-        self.root.as_ref().filter(|_| !self.failed).map(|root| &root.peer)
+    /// The part of this rank, if it has one and the engine works.
+    fn peer(&self) -> Option<&Part> {
+        self.part.as_ref().filter(|_| !self.failed)
     }
 
     fn failure(&self, what: impl Display) -> Error {
-        let what = format!("{}: {what}", self.params.label);
-        Error::Engine { engine: self.params.name, step: self.step, what }
+        let who = if self.seat.parts > 1 && self.part.is_some() {
+            format!("{}, part {} of {}", self.params.label, self.seat.part + 1, self.seat.parts)
+        } else {
+            self.params.label.clone()
+        };
+        Error::Engine { engine: self.params.name, step: self.step, what: format!("{who}: {what}") }
     }
 
-    /// Updates the owned particles, and returns the first failure.
-    fn update_particles(&mut self, states: &[State], dt: f64) -> Result<()> {
-        let mut outcome = Ok(());
-        for k in 0..self.population.store.owned {
-            let particle = self.population.store.particles[k];
-            match self.updated(particle, &states[self.index(particle.id)], dt) {
-                Ok(particle) => self.population.store.particles[k] = particle,
-                failed => outcome = outcome.and(failed.map(drop)),
-            }
+    /// Notes on every rank whether the engine has failed on any, here with this outcome. Collective.
+    fn note_failure<T>(&mut self, comm: &Comm, outcome: Result<T>) -> Result<Option<T>> {
+        self.failed = comm.any(outcome.is_err());
+        self.failed_here = outcome.is_err();
+        outcome.map(|value| (!self.failed).then_some(value))
+    }
+
+    /// Makes a step under these loads on the owned particles.
+    fn move_all(&mut self, comm: &Comm, loads: &[Load], dt: f64) -> Result<()> {
+        let sound = self.health().and_then(|()| self.check(loads));
+        if self.note_failure(comm, sound)?.is_none() {
+            return Ok(());
         }
+        let answer = self.advance_parts(comm, loads, dt).map_err(|what| self.failure(what));
+        let Some(states) = self.note_failure(comm, answer)? else {
+            return Ok(());
+        };
+        let arrived = self.to_owners(comm, states);
+        if let Some(lost) = self.missing(comm, &arrived) {
+            let lost = if self.rank == 0 { Err(self.failure(lost)) } else { Ok(()) };
+            return self.note_failure(comm, lost).map(drop);
+        }
+        let updated = self.update_particles(arrived, dt);
+        self.population.refresh(&self.near, comm);
+        self.count().and(updated)
+    }
+
+    /// Refuses loads that are no numbers: they send engines out of their arrays.
+    fn check(&self, loads: &[Load]) -> Result<()> {
+        let sound = |load: &Load| load.force.iter().chain(&load.torque).all(|x| x.is_finite());
+        match self.population.store.owned().iter().zip(loads).find(|(_, load)| !sound(load)) {
+            Some((particle, _)) => {
+                Err(self.failure(format!("the load on particle {} is not finite", particle.id)))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Makes the particles that have arrived those of this rank; returns the first failure.
+    fn update_particles(&mut self, arrived: Vec<Arrived>, dt: f64) -> Result<()> {
+        let (mut outcome, mut owned) = (Ok(()), Vec::with_capacity(arrived.len()));
+        for Arrived { loaded: LoadedState { state, force, torque }, holder } in arrived {
+            let Some(at) = self.population.index_of(state.id) else {
+                outcome = outcome.and(Err(self.failure(format!(
+                    "message `states`: particle {} at {} was not near to that place before",
+                    state.id,
+                    position_text(state.position.into())
+                ))));
+                continue;
+            };
+            let before = self.population.store.particles[at];
+            let after = self.updated(before, &state, dt).unwrap_or_else(|error| {
+                outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
+                before
+            });
+            owned.push((after, Load { force: force.into(), torque: torque.into() }, holder));
+        }
+        owned.sort_unstable_by_key(|(particle, ..)| particle.id);
+        self.holders.replace(owned.iter().map(|&(.., holder)| holder).collect());
+        self.population.set_owned(self.rank, owned.into_iter().map(|(particle, load, _)| (particle, load)));
         outcome
     }
 
@@ -301,7 +359,7 @@ impl External {
         }
         self.refuse_absurd(particle.id, state, dt)?;
         let spin = Vec3::from(state.angular_velocity);
-        if self.orientations {
+        if self.able.orientations {
             particle.orientation = state.orientation;
         } else {
             let mean = (particle.angular_velocity() + spin) * 0.5;
@@ -324,7 +382,7 @@ impl DemEngine for External {
     }
 
     fn supports(&self, shape: &dyn Shape) -> bool {
-        ShapeSection::of(shape).is_some_and(|shape| self.orientations || shape.kind() == "sphere")
+        ShapeSection::of(shape).is_some_and(|shape| self.able.orientations || shape.kind() == "sphere")
     }
 
     fn particles(&self) -> &ParticleStore {
@@ -335,32 +393,11 @@ impl DemEngine for External {
         assert_eq!(loads.len(), self.population.store.owned);
         let sub_step = dt / f64::from(self.params.substeps);
         self.strongest = self.mass * self.near.decomposition().domain.dx / (sub_step * sub_step);
-        let messages = comm.gather(self.load_message(loads));
-        let (mut bytes, mut outcome) = (Vec::new(), Ok(()));
-        if self.rank == 0 && self.failed {
-            outcome = Err(self.failure("it has failed before"));
-        } else if self.rank == 0 {
-            match self.advance_all(&messages, dt) {
-                Ok(states) => bytes = states,
-                Err(error) => (self.failed, outcome) = (true, Err(error)),
-            }
-        }
-        if comm.size() > 1 {
-            bytes = comm.all_gather(bytes).swap_remove(0);
-        }
-        let states: Vec<State> = pod_collect_to_vec(&bytes);
-        if states.len() == self.ids.len() {
-            let domain = self.near.decomposition().domain;
-            let now =
-                self.root.iter().flat_map(|root| &root.particles).zip(&states).map(|(before, state)| {
-                    let orientation = if self.orientations { state.orientation } else { before.orientation };
-                    Particle { position: domain.wrap(state.position.into()).into(), orientation, ..*before }
-                });
-            let now: Vec<Particle> = now.collect();
-            outcome = self.count(&now).and(self.update_particles(&states, dt));
-            self.population.loads.copy_from_slice(loads);
-            self.population.refresh(&self.near, comm);
-        }
+        let outcome = match (self.failed, self.failed_here) {
+            (false, _) => self.move_all(comm, loads, dt),
+            (true, true) => Err(self.failure("it has failed before")),
+            (true, false) => Ok(()),
+        };
         self.step += 1;
         outcome
     }
@@ -370,31 +407,23 @@ impl DemEngine for External {
     }
 
     fn contacts(&self) -> ContactSummary {
-        self.root.as_ref().map_or_else(ContactSummary::default, |root| root.summary)
+        self.summary
     }
 
     fn tells_contacts(&self) -> bool {
-        self.params.contact.is_none() || self.root.as_ref().is_none_or(|root| root.hello.contacts)
+        self.params.contact.is_none() || self.able.tells
     }
 
-    fn contact_states(&self) -> Vec<ContactState> {
-        let (Some(root), Some(peer), 1..) = (&self.root, self.peer(), self.step) else {
-            return Vec::new();
-        };
-        if !root.hello.contacts || self.pending_error.borrow().is_some() {
+    fn contact_states(&self, comm: &Comm) -> Vec<ContactState> {
+        if self.failed || self.step == 0 || !self.able.tells || self.population.population.count == 0 {
             return Vec::new();
         }
-        let most = CONTACTS_EACH * size_of::<MeasuredContact>() * (self.ids.len() + 1);
-        let answer = peer.borrow_mut().ask(Kind::ListContacts, &[], most as u64);
-        let walls = self.params.touched_walls().len();
-        let (overlaps, strongest) = (root.hello.overlaps, self.strongest);
-        let read = |bytes: Vec<u8>| message::read_contacts(&bytes, &self.ids, walls, overlaps, strongest);
-        let contacts = answer.and_then(read);
-        let contacts = contacts.unwrap_or_else(|what| {
+        let listed = self.list_contacts(comm).unwrap_or_else(|what| {
             self.pending_error.replace(Some(what));
             Vec::new()
         });
-        let states = contacts.iter().filter_map(|contact| self.contact_state(root, contact));
+        let states =
+            self.to_first(comm, listed).into_iter().filter_map(|contact| self.contact_state(&contact));
         let mut states: Vec<ContactState> = states.collect();
         states.sort_by_key(ContactState::key);
         states
@@ -404,28 +433,27 @@ impl DemEngine for External {
         self.pending_error.take().map_or(Ok(()), |what| Err(self.failure(what)))
     }
 
-    /// On rank 0 with what the engine itself needs, behind the length of its name and its name.
-    fn save(&self) -> Result<Vec<u8>> {
-        if self.rank == 0 && self.failed {
+    /// On the ranks that have parts with what these themselves need, see `start::Own`.
+    fn save(&self, comm: &Comm) -> Result<Vec<u8>> {
+        if self.failed {
             return Err(self.failure("it has failed, and what it had is lost"));
         }
-        let mut saved = Saved {
+        let states = self.contact_states(comm);
+        let health = comm.agree(self.health());
+        health?;
+        let own = self.save_parts(comm).map_err(|what| self.failure(what));
+        let saved = Saved {
             substep: self.step,
             begun: self.contacts().begun,
             population: self.population.population,
             particles: self.population.store.owned().to_vec(),
             loads: self.population.loads.clone(),
+            states,
+            own: comm.agree(own)?,
             ..Saved::default()
         };
-        if let (Some(root), Some(peer)) = (&self.root, self.peer()) {
-            saved.states = self.contact_states();
-            self.health()?;
-            if root.hello.saves {
-                let answer = peer.borrow_mut().ask(Kind::Save, &[], self.params.memory);
-                let (own, name) = (answer.map_err(|what| self.failure(what))?, root.hello.name.as_bytes());
-                saved.own = [bytes_of(&(name.len() as u64)), name, &own].concat();
-            }
-        }
+        // Saving may have moved particles from part to part.
+        self.locate(comm)?;
         Ok(saved.write(self.params.name))
     }
 
@@ -441,8 +469,6 @@ impl DemEngine for External {
                 self.params.name
             )));
         }
-        // The contacts there already are not the first of theirs.
-        let begun: u64 = parts.iter().filter_map(|part| Saved::begun(part)).sum();
         self.begin(comm, &saved.particles, Some(&saved.own))?;
         self.step = saved.substep;
         self.population.replace(
@@ -450,12 +476,31 @@ impl DemEngine for External {
             saved.population.next_id,
             saved.particles.into_iter().zip(saved.loads),
         );
-        let now: Vec<Particle> = self.root.iter().flat_map(|root| root.particles.clone()).collect();
         // Whatever fails here failed before it was saved.
-        let _ = self.count(&now);
-        if let Some(root) = &mut self.root {
-            root.summary.begun = begun;
-        }
+        let _ = self.count();
+        // The contacts there already are not the first of theirs.
+        self.summary.begun = saved.begun;
         Ok(())
+    }
+}
+
+/// The place of the part of this rank. Collective. Errors: [`Error::Input`] if there are more processes than ranks.
+fn seat(params: &ExternalParams, cut: &Decomposition, comm: &Comm) -> Result<Seat> {
+    let (part, grid) = (comm.rank(), cut.grid);
+    let alone = Seat { part, parts: 1, communicator: None, grid };
+    match &params.host {
+        Host::Process(_) => Ok(alone),
+        Host::Processes(_, parts) if *parts > comm.size() => Err(Error::Input(format!(
+            "{} has {parts} processes, and there are {} ranks, each of which has one at most: use --threads {parts}, or mpirun -n {parts}",
+            params.label,
+            comm.size()
+        ))),
+        Host::Processes(_, parts) => Ok(Seat { parts: *parts, ..alone }),
+        Host::Here(_) if comm.size() == 1 => Ok(alone),
+        Host::Here(_) => Ok(comm.duplicate().map_or(alone, |handle| Seat {
+            parts: comm.size(),
+            communicator: Some(handle),
+            ..alone
+        })),
     }
 }

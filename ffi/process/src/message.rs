@@ -11,8 +11,10 @@ use turbid_core::memory::trying;
 
 const _: () = assert!(cfg!(target_endian = "little"), "records are sent as they lie in memory");
 
-/// Version of the protocol.
+/// Version of the protocol with an engine of one process.
 pub const VERSION: u32 = 1;
+/// Version with an engine of several processes.
+pub const VERSION_OF_PARTS: u32 = 2;
 /// Begins every hello.
 pub(crate) const MAGIC: [u8; 8] = *b"turbidEP";
 /// Bytes before the payload of a message.
@@ -45,10 +47,12 @@ pub(crate) enum Kind {
     Restore,
     Goodbye,
     Error,
+    Exchange,
+    ListParticles,
 }
 
 impl Kind {
-    const ALL: [(Self, &'static str, u64); 12] = [
+    const ALL: [(Self, &'static str, u64); 14] = [
         (Self::Hello, "hello", TEXT),
         (Self::SetUp, "set-up", LARGE),
         (Self::Ready, "ready", 0),
@@ -61,6 +65,8 @@ impl Kind {
         (Self::Restore, "restore", LARGE),
         (Self::Goodbye, "goodbye", 0),
         (Self::Error, "error", TEXT),
+        (Self::Exchange, "exchange", LARGE),
+        (Self::ListParticles, "list particles", 0),
     ];
 
     /// Its name in the documentation and in messages to users.
@@ -68,10 +74,10 @@ impl Kind {
         Self::ALL[self as usize - 1].1
     }
 
-    /// The kind that answers this one.
+    /// The kind that answers this one; a message of an exchange only continues what was asked.
     pub(crate) fn answer(self) -> Self {
         match self {
-            Self::Advance => Self::States,
+            Self::Advance | Self::ListParticles => Self::States,
             Self::ListContacts => Self::Contacts,
             Self::Save => Self::Saved,
             Self::Hello => Self::Hello,
@@ -128,6 +134,18 @@ pub struct State {
     pub contact_force: [f64; 3],
     /// Their torque about the centre of mass (N m), world frame.
     pub contact_torque: [f64; 3],
+}
+
+/// A particle that one of several processes of an engine has, with the load on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct LoadedState {
+    /// The particle.
+    pub state: State,
+    /// Force of the last [`AppliedLoad`] (N).
+    pub force: [f64; 3],
+    /// Its torque (N m).
+    pub torque: [f64; 3],
 }
 
 /// A contact at the last sub-step.
@@ -205,14 +223,19 @@ pub(crate) fn read(from: &mut impl Read, most: u64) -> io::Result<(Kind, Vec<u8>
     Ok((kind, payload))
 }
 
-/// Payload of a hello.
-pub(crate) fn hello(words: &impl Serialize) -> Vec<u8> {
-    let words = serde_json::to_vec(words).expect("plain data");
-    [&MAGIC[..], &VERSION.to_le_bytes(), &[0; 4], &words].concat()
+/// The version with an engine of this number of processes.
+fn version_of(parts: usize) -> u32 {
+    if parts > 1 { VERSION_OF_PARTS } else { VERSION }
 }
 
-/// Properties that an engine states.
-pub(crate) fn read_hello(payload: &[u8]) -> Outcome<Hello> {
+/// Payload of a hello, to or from an engine of this number of processes.
+pub(crate) fn hello(words: &impl Serialize, parts: usize) -> Vec<u8> {
+    let words = serde_json::to_vec(words).expect("plain data");
+    [&MAGIC[..], &version_of(parts).to_le_bytes(), &[0; 4], &words].concat()
+}
+
+/// Properties that an engine of this number of processes states.
+pub(crate) fn read_hello(payload: &[u8], parts: usize) -> Outcome<Hello> {
     let fault = |text: String| Err(format!("message `hello`: {text}"));
     let Some((head, words)) = payload.split_first_chunk::<HEAD>() else {
         return fault(format!("has {} bytes, of at least {HEAD}", payload.len()));
@@ -221,8 +244,11 @@ pub(crate) fn read_hello(payload: &[u8]) -> Outcome<Hello> {
         return fault("field `magic` is not that of this protocol".to_owned());
     }
     let version: u32 = pod_read_unaligned(&head[8..12]);
-    if version != VERSION {
-        return fault(format!("field `version` is {version}, and this turbid has {VERSION}"));
+    let needed = version_of(parts);
+    if version != needed {
+        let why =
+            if parts > 1 { format!(": {parts} processes need version {needed}") } else { String::new() };
+        return fault(format!("field `version` is {version}, and this turbid has {needed}{why}"));
     }
     serde_json::from_slice(words).or_else(|error| fault(format!("its JSON: {error}")))
 }
@@ -274,18 +300,29 @@ fn records<T: Pod>(payload: &[u8], kind: Kind) -> Outcome<Vec<T>> {
     Ok(pod_collect_to_vec(payload))
 }
 
-/// The state of each particle, in the order of `ids`, which are ascending.
-pub(crate) fn read_states(payload: &[u8], ids: &[u64], orientations: bool) -> Outcome<Vec<State>> {
-    let found: Vec<State> = records(payload, Kind::States)?;
-    if found.len() != ids.len() {
-        return Err(format!("message `states`: {} records for {} particles", found.len(), ids.len()));
-    }
-    let mut states = vec![None; ids.len()];
-    for (n, state) in found.into_iter().enumerate() {
+/// The particles of an engine of one process, whose ids are among `ids`, ascending; or of one of several, with their loads.
+pub(crate) fn read_states(
+    payload: &[u8],
+    ids: Option<&[u64]>,
+    orientations: bool,
+) -> Outcome<Vec<LoadedState>> {
+    let found: Vec<LoadedState> = if ids.is_some() {
+        let bare = |state| LoadedState { state, ..LoadedState::default() };
+        records(payload, Kind::States)?.into_iter().map(bare).collect()
+    } else {
+        records(payload, Kind::States)?
+    };
+    check_states(&found, ids, orientations)?;
+    Ok(found)
+}
+
+/// Refuses states that cannot be: as those of [`read_states`].
+pub(crate) fn check_states(found: &[LoadedState], ids: Option<&[u64]>, orientations: bool) -> Outcome<()> {
+    for (n, LoadedState { state, force, torque }) in found.iter().enumerate() {
         let fault = |text: String| Err(format!("message `states`: {text}"));
-        let Ok(index) = ids.binary_search(&state.id) else {
+        if ids.is_some_and(|ids| ids.binary_search(&state.id).is_err()) {
             return fault(format!("field `id` of record {n}: there is no particle {}", state.id));
-        };
+        }
         let fields = [
             ("position", &state.position[..]),
             ("orientation", if orientations { &state.orientation } else { &[] }),
@@ -293,6 +330,8 @@ pub(crate) fn read_states(payload: &[u8], ids: &[u64], orientations: bool) -> Ou
             ("angular_velocity", &state.angular_velocity),
             ("contact_force", &state.contact_force),
             ("contact_torque", &state.contact_torque),
+            ("force", force),
+            ("torque", torque),
         ];
         for (field, values) in fields {
             if let Some(value) = values.iter().find(|value| !value.is_finite()) {
@@ -306,18 +345,61 @@ pub(crate) fn read_states(payload: &[u8], ids: &[u64], orientations: bool) -> Ou
                 state.id
             ));
         }
-        if states[index].replace(state).is_some() {
-            return fault(format!("field `id` of record {n}: particle {} for the second time", state.id));
-        }
     }
-    Ok(states.into_iter().flatten().collect())
+    let mut order: Vec<(u64, usize)> =
+        found.iter().enumerate().map(|(n, loaded)| (loaded.state.id, n)).collect();
+    order.sort_unstable();
+    match order.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        Some(&[_, (id, n)]) => {
+            Err(format!("message `states`: field `id` of record {n}: particle {id} for the second time"))
+        }
+        _ => Ok(()),
+    }
 }
 
-/// The contacts of particles with these ids, ascending, and this number of walls; with or without `overlaps`, with forces of at most
-/// `strongest` (N).
+/// Messages between the processes of an engine: each has the index of the process that it goes to or comes from, its length (both
+/// u64), and bytes, filled up to whole words.
+pub(crate) fn exchange(messages: &[(usize, Vec<u8>)]) -> Vec<u8> {
+    let mut payload = Vec::new();
+    for (part, bytes) in messages {
+        payload.extend([*part as u64, bytes.len() as u64].map(u64::to_le_bytes).concat());
+        payload.extend(bytes);
+        payload.resize(payload.len().next_multiple_of(8), 0);
+    }
+    payload
+}
+
+/// The other end of [`exchange`], from one of `parts` processes: at most one message to each.
+pub(crate) fn read_exchange(mut payload: &[u8], parts: usize) -> Outcome<Vec<(usize, Vec<u8>)>> {
+    let fault = |text: String| Err(format!("message `exchange`: {text}"));
+    let mut messages: Vec<(usize, Vec<u8>)> = Vec::new();
+    while !payload.is_empty() {
+        let Some((head, rest)) = payload.split_first_chunk::<HEAD>() else {
+            return fault("its last record is cut".to_owned());
+        };
+        let [part, length] = [0, 8].map(|at| pod_read_unaligned::<u64>(&head[at..at + 8]));
+        let n = messages.len();
+        if part >= parts as u64 || messages.iter().any(|(other, _)| *other as u64 == part) {
+            return fault(format!(
+                "field `part` of record {n}: {part} is none of {parts}, or has a message already"
+            ));
+        }
+        let padded = usize::try_from(length).ok().and_then(|length| length.checked_next_multiple_of(8));
+        let Some((bytes, rest)) = padded.and_then(|padded| rest.split_at_checked(padded)) else {
+            return fault(format!("field `length` of record {n}: {length} bytes are not there"));
+        };
+        messages.push((part as usize, bytes[..length as usize].to_vec()));
+        payload = rest;
+    }
+    Ok(messages)
+}
+
+/// The contacts of particles that are `known`, one of each at least, and this number of walls; with or without `overlaps`, with forces of at
+/// most `strongest` (N).
 pub(crate) fn read_contacts(
     payload: &[u8],
-    ids: &[u64],
+    known: impl Fn(u64) -> bool,
+    all: bool,
     walls: usize,
     overlaps: bool,
     strongest: f64,
@@ -329,16 +411,17 @@ pub(crate) fn read_contacts(
         records(payload, Kind::Contacts)?.into_iter().map(bare).collect()
     };
     let mut pairs = HashSet::new();
-    let known = |id: u64| ids.binary_search(&id).is_ok();
     for (n, contact) in contacts.iter().enumerate() {
         let &MeasuredContact { contact: ContactForce { first, second, force }, overlap } = contact;
         let fault = |text: String| Err(format!("message `contacts`: {text}"));
         let listed = |[x, y, z]: [f64; 3]| format!("[{x}, {y}, {z}]");
-        if !known(first) {
+        let wall = ContactState::wall_of(second);
+        // Of several processes one has only one of both, perhaps.
+        let other = wall.is_none() && !all;
+        if !(known(first) || other && known(second)) {
             return fault(format!("field `first` of record {n}: there is no particle {first}"));
         }
-        let wall = ContactState::wall_of(second);
-        if !wall.map_or_else(|| known(second), |wall| wall < walls) {
+        if !wall.map_or_else(|| !all || known(second), |wall| wall < walls) {
             return fault(format!("field `second` of record {n}: there is no particle or wall {second}"));
         }
         if second <= first {
@@ -377,13 +460,16 @@ pub fn read_messages(mut bytes: &[u8]) -> bool {
         assert!(payload.capacity() <= payload.len());
         let ids: Vec<u64> = (0..(payload.len() / size_of::<State>()) as u64).collect();
         let sound = match kind {
-            Kind::Hello => read_hello(&payload).is_ok(),
+            Kind::Hello => [1, 2].iter().any(|&parts| read_hello(&payload, parts).is_ok()),
             Kind::SetUp => read_set_up(&payload).is_ok(),
             Kind::Advance => read_advance(&payload).is_ok(),
-            Kind::States => read_states(&payload, &ids, true).is_ok(),
+            Kind::States => {
+                [None, Some(&ids[..])].iter().any(|ids| read_states(&payload, *ids, true).is_ok())
+            }
+            Kind::Exchange => read_exchange(&payload, 4).is_ok(),
             Kind::Contacts => [false, true]
                 .iter()
-                .any(|&overlaps| read_contacts(&payload, &[0, 1, 2], 2, overlaps, f64::MAX).is_ok()),
+                .any(|&overlaps| read_contacts(&payload, |id| id < 3, true, 2, overlaps, f64::MAX).is_ok()),
             _ => true,
         };
         if !sound {

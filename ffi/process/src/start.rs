@@ -1,26 +1,74 @@
 //! Starting an engine: hello, the set-up of the case, and what an earlier one saved.
 
-use super::{External, Host, Peer, Root};
-use crate::child::Worker;
-use crate::message::{self, Body, Kind};
+use super::{Abilities, External, Host, Part, Peer};
+use crate::child::{Asked, Worker};
+use crate::message::{self, Body, Kind, Outcome};
 use crate::setup::{
     BoxSection, ContactSection, Hello, SetUp, ShapeSection, TemplateSection, WallSection, wall_flaw,
 };
+use bytemuck::bytes_of;
 use std::cell::RefCell;
 use std::fmt::Display;
 use turbid_core::comm::Comm;
-use turbid_core::contact::PairFinder;
 use turbid_core::dem::{ContactSummary, Load};
 use turbid_core::error::{Error, Result};
 use turbid_core::particle::Particle;
 
+/// Between the name of an engine of several parts and their number, in what is saved.
+const OF_PARTS: char = '\0';
+
+/// States that the parts of an engine have saved: of each the length of the name of the engine (u64) and the name, and its own bytes; of several
+/// parts their number is in the name, and the length of its own bytes (u64) stands before them.
+#[derive(Debug, Default, PartialEq)]
+struct Own<'a> {
+    name: &'a str,
+    /// By part.
+    parts: Vec<&'a [u8]>,
+}
+
+impl<'a> Own<'a> {
+    fn write(name: &str, parts: usize, own: &[u8]) -> Vec<u8> {
+        if parts == 1 {
+            return [bytes_of(&(name.len() as u64)), name.as_bytes(), own].concat();
+        }
+        let name = format!("{name}{OF_PARTS}{parts}");
+        let [before, length] = [name.len(), own.len()].map(|length| (length as u64).to_le_bytes());
+        [&before, name.as_bytes(), &length, own].concat()
+    }
+
+    /// Those of all parts, one after the other.
+    fn read(mut saved: &'a [u8]) -> Option<Self> {
+        let mut all = Self::default();
+        while !saved.is_empty() {
+            let (name, rest) = sized(saved)?;
+            let name = std::str::from_utf8(name).ok()?;
+            let own = if let Some((name, _)) = name.split_once(OF_PARTS) {
+                all.name = name;
+                let (own, rest) = sized(rest)?;
+                saved = rest;
+                own
+            } else {
+                (all.name, saved) = (name, &[]);
+                rest
+            };
+            all.parts.push(own);
+        }
+        Some(all)
+    }
+}
+
+/// Bytes after their length, and the rest.
+fn sized(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
+    let (length, rest) = bytes.split_first_chunk::<8>()?;
+    rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)
+}
+
 impl External {
-    /// Starts with these particles, or resumes with them from what the engine saved, if it did; without `saved`, only greets the
+    /// Starts with these particles, or resumes with them from what the parts saved, if they did; without `saved`, only greets the
     /// engine. Collective.
     pub(super) fn begin(&mut self, comm: &Comm, all: &[Particle], saved: Option<&[u8]>) -> Result<()> {
         let mut all = all.to_vec();
         all.sort_unstable_by_key(|particle| particle.id);
-        self.ids = all.iter().map(|particle| particle.id).collect();
         let mass = |particle: &Particle| self.population.store.templates[particle.template as usize].mass();
         self.mass = all.iter().map(mass).sum();
         for particle in &mut all {
@@ -29,50 +77,87 @@ impl External {
             particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
         }
         self.population.replace(&self.near, 0, all.iter().map(|particle| (*particle, Load::default())));
-        let outcome = match saved {
-            Some(saved) if self.rank == 0 => self.launch(all, saved),
-            None if self.rank == 0 && !all.is_empty() => {
-                self.greet().map(|greeted| self.greeted = Some(greeted))
+        self.holders.replace(vec![0; self.population.store.owned]);
+        let domain = self.near.decomposition().domain;
+        let (seat, ranks) = (self.seat, comm.size());
+        // A part begins with the particles of a stretch of the ranks.
+        let is_of = |particle: &&Particle| {
+            let owner = self.near.owner(domain.wrap(particle.position()));
+            owner * seat.parts / ranks == seat.part
+        };
+        let of_part: Vec<Particle> =
+            if seat.parts == 1 { all.clone() } else { all.iter().filter(is_of).copied().collect() };
+        let takes_part = seat.part < seat.parts && !all.is_empty();
+        let mut outcome = match all.iter().find(|particle| !particle.is_finite()) {
+            Some(particle) if saved.is_some() => {
+                Err(Error::Input(format!("the state of particle {} is not finite", particle.id)))
             }
+            _ if takes_part => self.greet_once(),
             _ => Ok(()),
         };
         // The others learn whether it has worked.
         self.failed = comm.any(outcome.is_err());
-        self.orientations = comm.any(self.root.as_ref().is_some_and(|root| root.hello.orientations));
-        match outcome {
-            Ok(()) if self.failed => Err(Error::OtherRank),
-            outcome => outcome,
+        if let (Some(saved), false) = (saved, self.failed) {
+            // An engine that there can be one of must be gone before there is another.
+            self.part = None;
+            outcome = self.launch(comm, takes_part, of_part, saved);
+            self.failed = comm.any(outcome.is_err());
         }
+        self.failed_here = outcome.is_err();
+        if self.failed {
+            return outcome.and(Err(Error::OtherRank));
+        }
+        let of_any =
+            |able: fn(&Hello) -> bool| comm.any(self.part.as_ref().is_some_and(|part| able(&part.hello)));
+        let abilities: [fn(&Hello) -> bool; 3] =
+            [|hello| hello.orientations, |hello| hello.contacts, |hello| hello.overlaps];
+        let [orientations, tells, overlaps] = abilities.map(of_any);
+        self.able = Abilities { orientations, tells: tells || all.is_empty(), overlaps };
+        if saved.is_some() { self.locate(comm) } else { Ok(()) }
     }
 
-    /// Starts the engine, which must have what the case needs; on rank 0.
+    /// Greets the engine, unless it waits for its set-up.
+    fn greet_once(&mut self) -> Result<()> {
+        if self.greeted.is_none() {
+            // An engine that there can be one of must be gone before there is another.
+            self.part = None;
+            self.greeted = Some(self.greet()?);
+        }
+        Ok(())
+    }
+
+    /// Starts the part of this rank, which must have what the case needs.
     fn greet(&self) -> Result<(Peer, Hello)> {
         let mut peer = match &self.params.host {
-            Host::Process(program) => Peer::Process(Worker::start(program).map_err(|e| self.refused(e))?),
-            Host::Here(start) => Peer::Here(start()),
+            Host::Process(program) | Host::Processes(program, _) => {
+                Peer::Process(Worker::start(program).map_err(|e| self.refused(e))?)
+            }
+            Host::Here(start) => Peer::Here(start(self.seat)),
         };
-        let words = serde_json::json!({ "name": concat!("turbid ", env!("CARGO_PKG_VERSION")) });
-        let hello = peer.ask(Kind::Hello, &message::hello(&words), u64::MAX);
-        let hello = hello.and_then(|bytes| message::read_hello(&bytes)).map_err(|e| self.refused(e))?;
+        let parts = self.seat.parts;
+        let mut words = serde_json::json!({ "name": concat!("turbid ", env!("CARGO_PKG_VERSION")) });
+        if parts > 1 {
+            (words["part"], words["parts"]) = (self.seat.part.into(), parts.into());
+        }
+        let asked = Asked { kind: Kind::Hello, parts, most: u64::MAX };
+        let hello = peer.ask(Kind::Hello, &message::hello(&words, parts), &asked);
+        let hello =
+            hello.and_then(|(_, bytes)| message::read_hello(&bytes, parts)).map_err(|e| self.refused(e))?;
         self.set_up(&hello).map(|_| (peer, hello))
     }
 
-    /// Sets the engine up with these particles; on rank 0.
-    fn launch(&mut self, mut all: Vec<Particle>, saved: &[u8]) -> Result<()> {
-        // An engine that there can be one of must be gone before there is another.
-        self.root = None;
+    /// Sets the greeted part up with its particles, and gives it what was saved. Collective.
+    fn launch(
+        &mut self,
+        comm: &Comm,
+        takes_part: bool,
+        mut bodies: Vec<Particle>,
+        saved: &[u8],
+    ) -> Result<()> {
         let domain = self.near.decomposition().domain;
-        if let Some(particle) = all.iter().find(|particle| !particle.is_finite()) {
-            return Err(Error::Input(format!("the state of particle {} is not finite", particle.id)));
-        }
-        if all.is_empty() {
-            return Ok(());
-        }
-        for particle in &mut all {
+        for particle in &mut bodies {
             particle.position = domain.wrap(particle.position()).into();
         }
-        let (mut peer, hello) = self.greeted.take().map_or_else(|| self.greet(), Ok)?;
-        let set_up = self.set_up(&hello)?;
         let body = |particle: &Particle| Body {
             id: particle.id,
             template: particle.template,
@@ -81,27 +166,50 @@ impl External {
             velocity: particle.velocity,
             angular_velocity: particle.angular_velocity,
         };
-        let bodies: Vec<Body> = all.iter().map(body).collect();
-        let ready = peer.ask(Kind::SetUp, &message::set_up(&set_up, &bodies), u64::MAX);
-        ready.map_err(|e| self.refused(e))?;
-        if let Some((length, rest)) = saved.split_first_chunk::<8>() {
-            let (name, saved) = rest.split_at(rest.len().min(u64::from_le_bytes(*length) as usize));
-            if name != hello.name.as_bytes() {
-                let (by, here) = (String::from_utf8_lossy(name), &hello.name);
-                return Err(self.refused(format!("the state was saved by `{by}`, and this is `{here}`")));
-            }
-            peer.ask(Kind::Restore, saved, u64::MAX).map_err(|e| self.refused(e))?;
+        let bodies: Vec<Body> = bodies.iter().map(body).collect();
+        let mut message = Vec::new();
+        let mut part = None;
+        if let (true, Some((peer, hello))) = (takes_part, self.greeted.take()) {
+            message = message::set_up(&self.set_up(&hello)?, &bodies);
+            part = Some(Part { peer: RefCell::new(peer), hello, owners: RefCell::default() });
         }
-        self.root = Some(Root {
-            peer: RefCell::new(peer),
-            hello,
-            radii: all.iter().map(|p| self.contours[p.template as usize].reach()).collect(),
-            finder: PairFinder::new(domain),
-            particles: all,
-            pairs: Vec::new(),
-            summary: ContactSummary::default(),
-        });
+        let ready = self.ask(comm, part.as_ref(), (Kind::SetUp, &message), u64::MAX);
+        comm.agree(ready.map_err(|e| self.refused(e)))?;
+        if !saved.is_empty() {
+            let resumed = self.resume(comm, part.as_ref(), saved);
+            comm.agree(resumed.map_err(|e| self.refused(e)))?;
+        }
+        (self.part, self.pairs, self.summary) = (part, Vec::new(), ContactSummary::default());
         Ok(())
+    }
+
+    /// Gives the part of this rank what the parts saved. Collective.
+    fn resume(&self, comm: &Comm, part: Option<&Part>, saved: &[u8]) -> Outcome<()> {
+        let own = Own::read(saved).ok_or("what the engine saved is not whole")?;
+        let here = part.map_or(own.name, |part| &part.hello.name);
+        let is_other = comm.any(own.name != here);
+        if is_other {
+            return Err(format!("the state was saved by `{}`, and this is `{here}`", own.name));
+        }
+        let (before, now) = (own.parts.len(), self.seat.parts);
+        let payload = match &self.params.host {
+            Host::Processes(..) | Host::Process(_) if before != now && !self.params.regroups => {
+                return Err(format!("the state was saved by {before} processes, and these are {now}"));
+            }
+            Host::Processes(..) => own.parts.get(self.seat.part).map_or_else(Vec::new, |own| own.to_vec()),
+            _ => own.parts.concat(),
+        };
+        self.ask(comm, part, (Kind::Restore, &payload), u64::MAX).map(drop)
+    }
+
+    /// The state of the part of this rank, with its name; nothing without a part or of an engine that does not save. Collective.
+    pub(super) fn save_parts(&self, comm: &Comm) -> Outcome<Vec<u8>> {
+        let part = self.peer();
+        if !comm.any(part.is_some_and(|part| part.hello.saves)) {
+            return Ok(Vec::new());
+        }
+        let own = self.ask(comm, part, (Kind::Save, &[]), self.params.memory)?;
+        Ok(part.map_or_else(Vec::new, |part| Own::write(&part.hello.name, self.seat.parts, &own)))
     }
 
     /// The set-up of this case, if the engine has all that it needs.
@@ -149,5 +257,20 @@ impl External {
     /// The engine does not start, or not with this.
     fn refused(&self, text: impl Display) -> Error {
         Error::Input(format!("{} refuses the set-up: {text}", self.params.label))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_one_part_or_several_have_saved_is_read_as_it_was_written() {
+        for parts in [vec![&b"all of one"[..]], vec![b"of the first", b"", b"of the third"]] {
+            let saved: Vec<u8> =
+                parts.iter().flat_map(|own| Own::write("an engine", parts.len(), own)).collect();
+            assert_eq!(Own::read(&saved), Some(Own { name: "an engine", parts }));
+            assert_eq!(Own::read(&saved[..9]), None);
+        }
     }
 }

@@ -267,10 +267,19 @@ pub struct ProcessSection {
     /// Folder in which it runs, relative to that of the case file. Default: that of the case file.
     #[serde(default)]
     pub folder: String,
+    /// Number of processes of the program, each of which has a part of the particles and speaks version 2 of the protocol; at most one for
+    /// each rank. Default 1.
+    #[serde(default = "one")]
+    #[schemars(extend("minimum" = 1))]
+    pub processes: u32,
 }
 
 fn default_timeout() -> f64 {
     60.0
+}
+
+fn one() -> u32 {
+    1
 }
 
 /// Engines that move particles.
@@ -290,7 +299,8 @@ pub enum EngineKind {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LiggghtsSection {
-    /// "worker": in a process of its own, whose crash ends as an error message; "own": in that of turbid. Default "worker".
+    /// "worker": in a process of its own, whose crash ends as an error message; "own": in that of turbid, in all of them in an MPI job, each
+    /// with a part of the spheres. Default "worker".
     pub process: LiggghtsProcess,
     /// LIGGGHTS commands, given after all others of the set-up and before the first step: groups, regions, and fixes that add
     /// forces (`viscous`, `drag`, `addforce`, `spring`, `spring/self`). All others are refused. Default `[]`.

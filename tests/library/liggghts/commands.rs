@@ -12,7 +12,7 @@ const MASS: f64 = 2500.0 * 4.0 / 3.0 * std::f64::consts::PI * RADIUS * RADIUS * 
 
 /// A sphere at rest at x = 4 mm, and one at x = 12 mm that moves along y at 0.1 m/s.
 fn two() -> Vec<Particle> {
-    vec![moving(1, [4e-3, 8e-3, 8e-3], [0.0; 3]), moving(2, [12e-3, 8e-3, 8e-3], [0.0, 0.1, 0.0])]
+    vec![moving(0, [4e-3, 8e-3, 8e-3], [0.0; 3]), moving(1, [12e-3, 8e-3, 8e-3], [0.0, 0.1, 0.0])]
 }
 
 /// Velocities of both after a time (s), in steps of 10 us.
@@ -87,7 +87,7 @@ fn a_group_by_region_and_the_rest_of_a_spring_are_those_of_the_start_after_a_res
     let height = |lgg: &Liggghts| lgg.particles().owned().iter().map(|p| p.position[2]).collect::<Vec<_>>();
     let z = height(&first);
     assert!(z[0] > 9e-3 && (z[1] - 8e-3).abs() < 1e-3, "they are where they should be: {z:?}");
-    let saved = first.save().unwrap();
+    let saved = first.save(&Comm::Solo).unwrap();
     let mut second = engine(params, &all).unwrap();
     second.restore(&Comm::Solo, &[saved]).unwrap();
     let [first, second] = [first, second].map(|lgg| advanced(lgg, 1000, 1e-5).unwrap());

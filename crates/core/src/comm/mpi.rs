@@ -134,6 +134,7 @@ impl MpiComm {
     }
 
     /// A copy of the communicator, as a handle of Fortran's.
+    #[allow(clippy::unused_self, reason = "who has it knows that MPI runs")]
     pub(super) fn duplicate(&self) -> i32 {
         let mut copy = std::mem::MaybeUninit::uninit();
         // SAFETY: MPI runs, every rank calls this, and the copy is where it goes.
@@ -229,7 +230,9 @@ impl Transport for MpiComm {
     fn route(&self, messages: Vec<Routed>) -> Vec<Routed> {
         let (ranks, mut due, mut received) = (ranks(), 0_u64, Vec::new());
         let mut sent = vec![0_u64; self.size];
-        messages.iter().for_each(|&(to, _)| sent[to] = 1);
+        for &(to, _) in &messages {
+            sent[to] = 1;
+        }
         // Once it returns, every rank has received all of the call before.
         ranks.reduce_scatter_block_into(&sent[..], &mut due, SystemOperation::sum());
         multiple_scope(messages.len(), |scope, requests| {

@@ -99,11 +99,11 @@ impl DemEngine for Ballistic {
         false
     }
 
-    fn contact_states(&self) -> Vec<ContactState> {
+    fn contact_states(&self, _: &Comm) -> Vec<ContactState> {
         Vec::new()
     }
 
-    fn save(&self) -> Result<Vec<u8>> {
+    fn save(&self, _: &Comm) -> Result<Vec<u8>> {
         let saved = Saved {
             substep: self.step,
             population: self.local.population,
@@ -203,7 +203,7 @@ mod tests {
         let whole = on_threads(2, |comm| {
             let mut engine = engine(&comm);
             advance(&mut engine, &comm);
-            let (parts, middle) = (comm.all_gather(engine.save().unwrap()), state(&engine, &comm));
+            let (parts, middle) = (comm.all_gather(engine.save(&comm).unwrap()), state(&engine, &comm));
             advance(&mut engine, &comm);
             (parts, middle, state(&engine, &comm))
         });

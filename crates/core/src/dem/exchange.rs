@@ -107,6 +107,15 @@ impl LocalParticles {
         self.sort_in(near);
     }
 
+    /// Makes these the owned particles, ascending by id, with their loads; a [refresh](Self::refresh) must follow, which finds the ghosts.
+    pub fn set_owned(&mut self, rank: usize, owned: impl IntoIterator<Item = (Particle, Load)>) {
+        (self.store.particles, self.loads) = owned.into_iter().unzip();
+        self.store.owned = self.loads.len();
+        self.store.owners = vec![rank as u32; self.store.owned];
+        self.ghost_loads.clear();
+        self.arrangement += 1;
+    }
+
     /// After the owned particles have moved (by less than a cell) and been wrapped: hands those that left the block to
     /// their new owners, with their loads, and replaces all ghosts. One message per peer. Collective.
     pub fn refresh(&mut self, near: &GhostLayer, comm: &Comm) {

@@ -449,7 +449,7 @@ impl DemEngine for Native {
         self.forces.summary(self.context.params.contact.as_ref().is_some_and(ContactModel::is_cohesive))
     }
 
-    fn contact_states(&self) -> Vec<ContactState> {
+    fn contact_states(&self, _: &Comm) -> Vec<ContactState> {
         self.forces.states()
     }
 
@@ -457,7 +457,7 @@ impl DemEngine for Native {
         self.forces.facets.as_ref()
     }
 
-    fn save(&self) -> Result<Vec<u8>> {
+    fn save(&self, _: &Comm) -> Result<Vec<u8>> {
         let saved = Saved {
             substep: self.context.substep,
             begun: self.forces.begun,

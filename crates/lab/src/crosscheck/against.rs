@@ -86,7 +86,8 @@ impl Against {
         let logs = Some(directory.join("logs"));
         let run = |name, command: Vec<String>, folder: &Path, late| {
             let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-            let program = ProcessOptions { command, folder, timeout: TIMEOUT, refusal: String::new() };
+            let program =
+                ProcessOptions { command, folder, timeout: TIMEOUT, processes: 1, refusal: String::new() };
             Self { name, program: Some(program), late, logs: logs.clone() }
         };
         if !command.is_empty() {

@@ -182,7 +182,7 @@ fn system(
 /// Volume (m^3) and centroid (m) of the overlaps of an engine, by meeting.
 fn overlaps(engine: &dyn DemEngine, meetings: &[Meeting]) -> Vec<Option<(f64, Vec3)>> {
     let mut found = vec![None; meetings.len()];
-    for contact in engine.contact_states() {
+    for contact in engine.contact_states(&Comm::Solo) {
         let meeting = contact.first as usize / (1 + usize::from(meetings[0].lower.is_some()));
         found[meeting] = Some((contact.volume, contact.point.into()));
     }

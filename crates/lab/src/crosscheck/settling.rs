@@ -80,7 +80,7 @@ fn sample(system: &Setup, engine: &dyn DemEngine) -> Sample {
         sample.kinetic += 0.5 * mass * p.velocity().norm_squared();
     }
     sample.height /= total;
-    for contact in engine.contact_states() {
+    for contact in engine.contact_states(&Comm::Solo) {
         let Some(wall) = contact.wall() else {
             sample.coordination += 2.0 / spheres.len() as f64;
             continue;

@@ -108,7 +108,7 @@ fn pieces(run: &Simulation) -> Vec<usize> {
     let ids: Vec<u64> = run.particles().iter().map(|sphere| sphere.id).collect();
     let index = |id: u64| ids.iter().position(|&known| known == id);
     let mut of: Vec<usize> = (0..ids.len()).collect();
-    for state in run.dem().contact_states() {
+    for state in run.contact_states() {
         if let (Some(a), Some(b)) = (index(state.first), index(state.second)) {
             let (keep, lose) = (of[a].min(of[b]), of[a].max(of[b]));
             of.iter_mut().filter(|piece| **piece == lose).for_each(|piece| *piece = keep);

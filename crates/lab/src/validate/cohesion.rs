@@ -67,7 +67,7 @@ fn pull(context: &SuiteContext, found: &mut Findings) -> Result<()> {
             run.advance(1)?;
             let depth = 2.0 * RADIUS - (run.particles()[1].position() - run.particles()[0].position()).norm();
             deepest = deepest.max(depth);
-            for state in run.dem().contact_states() {
+            for state in run.contact_states() {
                 // On the first, whose partner is at larger x.
                 let force = state.force[0];
                 largest = largest.max(force);
@@ -151,7 +151,7 @@ fn cycle(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     for _ in 0..setup.plan.end_step {
         let before = depth(&run);
         run.advance(1)?;
-        for state in run.dem().contact_states() {
+        for state in run.contact_states() {
             let force = state.force[0];
             largest = largest.max(force);
             widest = widest.max(-state.depth);

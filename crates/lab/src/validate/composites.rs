@@ -193,7 +193,7 @@ fn hook(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     found
         .absolute("way of an L that hangs on another in 1 s, over its length (-)", crept / LENGTH, 0.0, STAYS)
         .source("the angle of friction is 0.46 rad, the slope across it 0.20");
-    let force: Vec3 = run.dem().contact_states().iter().map(|state| Vec3::from(state.force)).sum();
+    let force: Vec3 = run.contact_states().iter().map(|state| Vec3::from(state.force)).sum();
     let weight = setup.gravity.norm() * setup.templates[1].mass();
     found
         .relative("force on its arm over its weight (-)", force.norm() / weight, 1.0, WEIGHT)

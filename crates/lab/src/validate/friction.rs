@@ -239,7 +239,7 @@ fn gas(context: &SuiteContext, found: &mut Findings) -> Result<()> {
                 let (v, w) = (sphere.velocity(), sphere.angular_velocity());
                 0.5 * (mass * v.norm_squared() + inertia * w.norm_squared())
             });
-            let states = run.dem().contact_states();
+            let states = run.contact_states();
             let pressed = states.iter().map(|state| {
                 8.0 / 15.0 * modulus * reduced.sqrt() * state.depth.powf(2.5) - pull * state.depth
             });

@@ -50,7 +50,7 @@ fn impacts(context: &SuiteContext, found: &mut Findings) -> Result<()> {
                 impact.depth = impact.depth.max(depths[n]);
             }
             before = depths;
-            for state in run.dem().contact_states() {
+            for state in run.contact_states() {
                 let impact = &mut both[usize::from(state.wall().is_some())];
                 let force = Vec3::from(state.force).norm();
                 impact.force = impact.force.max(force);

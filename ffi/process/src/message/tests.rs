@@ -39,7 +39,14 @@ fn states() -> Vec<State> {
 }
 
 fn of_states(states: &[State]) -> Outcome<Vec<State>> {
-    read_states(cast_slice(states), &IDS, true)
+    let read = read_states(cast_slice(states), Some(&IDS), true)?;
+    Ok(read.iter().map(|loaded| loaded.state).collect())
+}
+
+/// Of all particles, or of particle 2 and one beyond.
+fn of_contacts(payload: &[u8], all: bool, overlaps: bool) -> Outcome<Vec<MeasuredContact>> {
+    let known = |id| if all { IDS.contains(&id) } else { id == 2 };
+    read_contacts(payload, known, all, 2, overlaps, 1e3)
 }
 
 fn contacts() -> Vec<MeasuredContact> {
@@ -55,13 +62,16 @@ fn wire() -> Vec<u8> {
     let load = AppliedLoad { id: 7, force: [0.1 + 0.2; 3], torque: [-0.0; 3] };
     let mut wire = Vec::new();
     for (kind, payload) in [
-        (Kind::Hello, hello(&Hello { name: "x".to_owned(), ..Hello::default() })),
+        (Kind::Hello, hello(&Hello { name: "x".to_owned(), ..Hello::default() }, 1)),
+        (Kind::Hello, hello(&Hello { name: "y".to_owned(), ..Hello::default() }, 3)),
         (Kind::SetUp, set_up(&case(), &[body])),
         (Kind::Ready, Vec::new()),
         (Kind::Advance, advance(1e-5, 3, &[load])),
         (Kind::Save, Vec::new()),
         (Kind::Saved, vec![1, 2, 3]),
         (Kind::Contacts, Vec::new()),
+        (Kind::Exchange, exchange(&[(2, vec![1, 2, 3]), (0, Vec::new())])),
+        (Kind::ListParticles, Vec::new()),
         (Kind::Error, b"no".to_vec()),
     ] {
         write(&mut wire, kind, &payload).unwrap();
@@ -84,10 +94,10 @@ fn a_set_up_and_loads_arrive_as_they_were_sent_to_the_bit() {
 fn states_come_in_any_order_and_contacts_name_walls() {
     let mut reversed = states();
     reversed.reverse();
-    assert_eq!(of_states(&reversed), Ok(states()));
-    assert_eq!(read_contacts(cast_slice(&contacts()), &IDS, 2, true, 1e3), Ok(contacts()));
+    assert_eq!(of_states(&reversed), Ok(reversed));
+    assert_eq!(of_contacts(cast_slice(&contacts()), true, true), Ok(contacts()));
     let bare: Vec<ContactForce> = contacts().iter().map(|measured| measured.contact).collect();
-    let read = read_contacts(cast_slice(&bare), &IDS, 2, false, 1e3).unwrap();
+    let read = of_contacts(cast_slice(&bare), true, false).unwrap();
     let forces = read.iter().map(|measured| measured.contact);
     assert!(forces.eq(bare) && read.iter().all(|measured| measured.overlap == MeasuredOverlap::default()));
 }
@@ -105,14 +115,13 @@ fn a_state_or_contact_that_cannot_be_is_refused_with_its_field() {
         (state(&|s| s.position[2] = f64::INFINITY), "field `position` of particle 5: inf"),
         (state(&|s| s.contact_torque[0] = f64::NAN), "field `contact_torque` of particle 5: NaN"),
         (state(&|s| s.orientation[3] = 0.9), "field `orientation` of particle 5"),
-        (of_states(&states()[1..]).unwrap_err(), "2 records for 3 particles"),
     ] {
         assert!(text.contains(words) && text.contains("`states`"), "{text}");
     }
     let measured = |change: &dyn Fn(&mut MeasuredContact)| {
         let mut contacts = contacts();
         change(&mut contacts[1]);
-        read_contacts(cast_slice(&contacts), &IDS, 2, true, 1e3).unwrap_err()
+        of_contacts(cast_slice(&contacts), true, true).unwrap_err()
     };
     let contact = |change: &dyn Fn(&mut ContactForce)| measured(&|m| change(&mut m.contact));
     for (text, words) in [
@@ -130,6 +139,32 @@ fn a_state_or_contact_that_cannot_be_is_refused_with_its_field() {
 }
 
 #[test]
+fn one_of_several_processes_lists_contacts_of_which_it_has_one_particle() {
+    let mut contacts = contacts();
+    assert!(of_contacts(cast_slice(&contacts), false, true).unwrap_err().contains("no particle 5"));
+    contacts.remove(1);
+    assert_eq!(of_contacts(cast_slice(&contacts), false, true), Ok(contacts));
+}
+
+#[test]
+fn messages_between_processes_arrive_as_they_were_sent_and_wrong_ones_are_refused() {
+    let messages = vec![(2, vec![7; 5]), (0, Vec::new()), (1, vec![1; 16])];
+    let payload = exchange(&messages);
+    assert_eq!(read_exchange(&payload, 3), Ok(messages.clone()));
+    assert_eq!(read_exchange(&[], 3), Ok(Vec::new()));
+    let twice = exchange(&[messages[0].clone(), messages[0].clone()]);
+    for (payload, parts, words) in [
+        (&payload[..], 2, "field `part` of record 0: 2 is none of 2"),
+        (&payload[..8], 3, "its last record is cut"),
+        (&payload[..20], 3, "field `length` of record 0: 5 bytes are not there"),
+        (&twice, 3, "record 1: 2 is none of 3, or has a message already"),
+    ] {
+        let error = read_exchange(payload, parts).unwrap_err();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn a_message_that_is_cut_or_of_another_version_is_an_error_and_not_a_panic() {
     let wire = wire();
     assert!(read_messages(&wire));
@@ -142,9 +177,13 @@ fn a_message_that_is_cut_or_of_another_version_is_an_error_and_not_a_panic() {
     for length in 1..wire.len() {
         assert_eq!(read_messages(&wire[..length]), whole.contains(&length), "{length}");
     }
-    let mut later = hello(&Hello::default());
-    later[8] = 2;
-    assert!(read_hello(&later).unwrap_err().contains("field `version` is 2, and this turbid has 1"));
+    let [one, several] = [1, 3].map(|parts| hello(&Hello::default(), parts));
+    assert!(read_hello(&several, 1).unwrap_err().contains("field `version` is 2, and this turbid has 1"));
+    let error = read_hello(&one, 3).unwrap_err();
+    assert!(
+        error.contains("field `version` is 1") && error.contains("3 processes need version 2"),
+        "{error}"
+    );
     let long = [&1_u32.to_le_bytes()[..], &[0; 4], &u64::MAX.to_le_bytes()].concat();
     let error = read(&mut &long[..], u64::MAX).unwrap_err().to_string();
     assert!(error.contains("`hello`") && error.contains("field `length`"), "{error}");
@@ -159,16 +198,17 @@ proptest! {
 
     #[test]
     fn any_bytes_behind_any_head_are_read_or_refused(
-        kind in 0..14_u32,
+        kind in 0..16_u32,
         length in prop_oneof![0..400_u64, any::<u64>()],
         bytes in proptest::collection::vec(any::<u8>(), 0..400),
         greets: bool,
     ) {
-        let hello = if greets { hello(&0)[..HEAD].to_vec() } else { Vec::new() };
+        let hello = if greets { hello(&0, 1)[..HEAD].to_vec() } else { Vec::new() };
         let length = if length < 400 { (hello.len() + bytes.len()) as u64 } else { length };
         let head = [&kind.to_le_bytes()[..], &[0; 4], &length.to_le_bytes()].concat();
         read_messages(&[&head[..], &hello, &bytes].concat());
-        let _ = read_states(&bytes, &IDS, true).and(read_contacts(&bytes, &IDS, 2, greets, 1e3));
+        let _ = read_states(&bytes, Some(&IDS), true).and(of_contacts(&bytes, greets, true));
+        let _ = read_exchange(&bytes, 3).map(drop).and(read_states(&bytes, None, true).map(drop));
     }
 
     #[test]

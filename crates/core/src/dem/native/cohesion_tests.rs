@@ -158,7 +158,7 @@ fn a_sphere_is_held_over_a_gap_only_if_it_has_touched() {
     // It touches the ceiling, and is drawn away over the gap.
     let mut engine = spheres(necks(), 0.0, &[(at + Vec3::z() * (gap + 1e-9), Vec3::zeros())]);
     run(&mut engine, 1, 1e-9);
-    let bound = engine.save().unwrap();
+    let bound = engine.save(&Comm::Solo).unwrap();
     let mut held = Saved::load(
         "native",
         &[bound],
@@ -169,7 +169,7 @@ fn a_sphere_is_held_over_a_gap_only_if_it_has_touched() {
     held.particles[0].position = at.into();
     engine.restore(&Comm::Solo, &[held.write("native")]).unwrap();
     run(&mut engine, 1, DT);
-    let [state] = engine.contact_states()[..] else { panic!("one contact") };
+    let [state] = engine.contact_states(&Comm::Solo)[..] else { panic!("one contact") };
     assert!((state.depth + gap).abs() < 1e-15 && state.volume == 0.0, "{state:?}");
     let pull = state.force[2] / (1.5 * PI * 0.05 * RADIUS);
     assert!(pull > 5.0 / 9.0 && pull < 1.0, "{pull}");
@@ -189,7 +189,7 @@ fn a_sphere_with_a_neck_hangs_from_a_ceiling_up_to_the_force_that_pulls_it_off()
         let mut engine = spheres(contact, 9.81, &[(touching, Vec3::zeros())]);
         run(&mut engine, 1, 1e-9);
         let (near, local) = (&engine.context.near, &engine.context.local);
-        let parts = [engine.save().unwrap()];
+        let parts = [engine.save(&Comm::Solo).unwrap()];
         let mut hung = Saved::load(
             "native",
             &parts,
@@ -210,7 +210,7 @@ fn a_sphere_with_a_neck_hangs_from_a_ceiling_up_to_the_force_that_pulls_it_off()
 /// Sizes of the groups of spheres that hold together, the largest first.
 fn groups(engine: &Native) -> Vec<usize> {
     let mut of: Vec<usize> = (0..engine.particles().owned().len()).collect();
-    for state in engine.contact_states() {
+    for state in engine.contact_states(&Comm::Solo) {
         let (one, other) = (of[state.first as usize], of[state.second as usize]);
         of.iter_mut().filter(|group| **group == other).for_each(|group| *group = one);
     }

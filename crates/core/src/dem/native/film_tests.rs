@@ -175,7 +175,7 @@ fn a_sphere_that_sinks_to_the_floor_takes_as_long_as_its_film_says() {
     run(&mut engine, steps, 1e-3);
     let (gap, expected) = (first(&engine).position[2] - RADIUS, 1e-4 * (-rate * steps as f64 * 1e-3).exp());
     assert!((gap / expected - 1.0).abs() < 0.01, "{gap} {expected}");
-    let state = engine.contact_states()[0];
+    let state = engine.contact_states(&Comm::Solo)[0];
     assert!((Vec3::from(state.force).z / (-mass() * GRAVITY.z) - 1.0).abs() < 1e-3, "{state:?}");
     assert_eq!((engine.contacts().count, state.depth), (0, 0.0));
 }
@@ -197,7 +197,7 @@ fn a_lubricated_cluster_moves_to_the_same_bits_on_1_to_8_ranks() {
             let cut = Decomposition::new(CROWDED, ranks).unwrap();
             let mut engine = Native::new(params.clone(), cut, comm.rank(), templates.clone(), &all).unwrap();
             shake(&mut engine, &comm, steps);
-            let apart = engine.contact_states().iter().filter(|state| state.depth == 0.0).count();
+            let apart = engine.contact_states(&Comm::Solo).iter().filter(|state| state.depth == 0.0).count();
             let mut numbers = [apart as i64, engine.contacts().count as i64];
             comm.sum(&mut numbers);
             (gathered(&comm, &engine), numbers)
@@ -251,7 +251,7 @@ fn an_ellipsoid_driven_at_a_tilted_one_turns_it_by_forces_and_torques_that_are_b
     let cut = Decomposition::new(TANK, 1).unwrap();
     let mut engine = Native::new(params, cut, 0, [template.clone(), template].into(), &[a, b]).unwrap();
     run(&mut engine, 50, 1e-3);
-    let state = engine.contact_states()[0];
+    let state = engine.contact_states(&Comm::Solo)[0];
     let (point, force) = (Vec3::from(state.point), Vec3::from(state.force));
     let [first, second] = [0, 1].map(|i| engine.particles().particles[i]);
     for (body, sign) in [(first, 1.0), (second, -1.0)] {

@@ -146,7 +146,7 @@ fn a_narrow_box_gives_the_same_bits_on_1_to_8_ranks_and_when_it_is_saved_and_res
         let saved = on_threads(2, |comm| {
             let mut engine = engine(&comm);
             (0..150).for_each(|_| advance(&mut engine, &comm, DT).unwrap());
-            engine.save().unwrap()
+            engine.save(&Comm::Solo).unwrap()
         });
         let resumed = on_threads(4, |comm| {
             let mut engine = engine(&comm);
@@ -178,7 +178,7 @@ fn a_sphere_that_touches_its_own_images_feels_no_force_and_only_loses_its_spin()
         least = spin.min(least);
     }
     assert!(least < 0.9 * whole, "{least} of {whole}");
-    let states = engine.contact_states();
+    let states = engine.contact_states(&Comm::Solo);
     let shifts: Vec<[i8; 3]> = states.iter().map(|state| state.key().shift()).collect();
     assert_eq!(shifts, [[1, 0, 0], [0, 1, 0], [0, 0, 1]]);
     assert_eq!((engine.contacts().count, engine.contacts().begun, engine.records().len()), (3, 3, 3));
@@ -220,7 +220,7 @@ fn a_sphere_meets_a_body_that_goes_through_the_box_once_and_alike_wherever_it_is
             let all = [body(0, 0, middle), body(1, 1, middle + Vec3::new(-1.49 * RADIUS, 0.0, z))];
             let mut engine = Native::new(params.clone(), cut.clone(), 0, templates.clone(), &all).unwrap();
             advance(&mut engine, &Comm::Solo, DT).unwrap();
-            let states = engine.contact_states();
+            let states = engine.contact_states(&Comm::Solo);
             assert_eq!((states.len(), engine.contacts().count), (1, 1), "{z}");
             Vec3::from(states[0].force)
         };

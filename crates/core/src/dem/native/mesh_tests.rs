@@ -52,7 +52,7 @@ fn a_sphere_rolls_over_a_thousand_coplanar_facets_without_a_change_of_its_veloci
     let (mut seen, mut worst) = (std::collections::BTreeSet::new(), 0.0_f64);
     for _ in 0..4000 {
         run(&mut engine, 2, 1e-5);
-        let states = engine.contact_states();
+        let states = engine.contact_states(&Comm::Solo);
         assert_eq!(states.len(), 1);
         seen.insert(states[0].parts[1]);
         let velocity = engine.particles().particles[0].velocity();
@@ -78,7 +78,7 @@ fn spheres_and_cubes_move_on_a_plate_of_facets_as_on_a_plane() {
             for engine in &mut engines {
                 run(engine, 1, 1e-5);
             }
-            facets.extend(engines[1].contact_states().iter().map(|state| state.parts[1]));
+            facets.extend(engines[1].contact_states(&Comm::Solo).iter().map(|state| state.parts[1]));
         }
         let [plane, mesh] = [0, 1].map(|n| engines[n].particles().particles[0]);
         let apart = (plane.position() - mesh.position()).norm();
@@ -107,7 +107,7 @@ fn a_sphere_rests_in_a_concave_corner_and_on_a_convex_edge_as_statics_says() {
     let mut engine =
         alone(BOX, contact.clone(), vec![valley], down * 9.81, spheres(), &[moving(start, Vec3::zeros())]);
     run(&mut engine, 20_000, 1e-5);
-    let states = engine.contact_states();
+    let states = engine.contact_states(&Comm::Solo);
     assert_eq!(states.len(), 2);
     for state in &states {
         let force = Vec3::from(state.force).norm() / weight;
@@ -120,7 +120,7 @@ fn a_sphere_rests_in_a_concave_corner_and_on_a_convex_edge_as_statics_says() {
     let mut engine =
         alone(BOX, contact, vec![block], out * -9.81, spheres(), &[moving(start, Vec3::zeros())]);
     run(&mut engine, 6000, 1e-5);
-    let states = engine.contact_states();
+    let states = engine.contact_states(&Comm::Solo);
     assert_eq!(states.len(), 1);
     assert!((Vec3::from(states[0].force) - out * weight).norm() < 1e-3 * weight, "{:?}", states[0].force);
 }
@@ -192,7 +192,7 @@ fn drum(ranks: usize, steps: usize, from: Option<&[Vec<u8>]>) -> (Vec<Vec<u8>>, 
             let loads = vec![Load::default(); engine.particles().owned];
             engine.advance(&comm, &loads, 1e-5).unwrap();
         }
-        (engine.save().unwrap(), engine.particles().owned().to_vec())
+        (engine.save(&Comm::Solo).unwrap(), engine.particles().owned().to_vec())
     });
     let (states, particles): (Vec<_>, Vec<_>) = ended.into_iter().unzip();
     let mut particles = particles.concat();

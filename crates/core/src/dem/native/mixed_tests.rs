@@ -85,7 +85,7 @@ pub(super) fn shaken(ranks: usize, templates: &Arc<[Template]>) -> (Vec<u8>, i64
         for step in 0..STEPS {
             let loads = vec![Load::default(); engine.particles().owned];
             engine.advance(&comm, &loads, DT).unwrap();
-            let states = comm.all_gather(bytemuck::cast_slice(&engine.contact_states()).to_vec());
+            let states = comm.all_gather(bytemuck::cast_slice(&engine.contact_states(&comm)).to_vec());
             let mut states: Vec<ContactState> = bytemuck::pod_collect_to_vec(&states.concat());
             states.sort_by_key(ContactState::key);
             contacts.extend_from_slice(bytemuck::cast_slice(&states));

@@ -87,7 +87,7 @@ fn two_fixed_bodies_that_overlap_exert_no_force_and_are_no_contact() {
     let all = [Particle::at(0, 0, at), Particle::at(1, 0, at + Vec3::new(1.2e-3, 0.0, 0.0))];
     let mut engine = engine(params(PrescribedMotion::fixed()), 1, 0, &all);
     pull(&mut engine, &Comm::Solo, 5);
-    assert_eq!((engine.contacts().begun, engine.contact_states().len()), (0, 0));
+    assert_eq!((engine.contacts().begun, engine.contact_states(&Comm::Solo).len()), (0, 0));
     assert_eq!(force(&engine, 0), Vec3::zeros());
 }
 
@@ -158,7 +158,7 @@ fn prescribed_bodies_among_free_ones_have_the_same_bits_on_1_to_4_ranks_also_res
                 Some(parts) => engine.restore(&comm, parts).unwrap(),
                 None => pull(&mut engine, &comm, 1300),
             }
-            let parts = comm.all_gather(engine.save().unwrap());
+            let parts = comm.all_gather(engine.save(&comm).unwrap());
             pull(&mut engine, &comm, 1300);
             (parts, state(&engine, &comm))
         });

@@ -27,7 +27,7 @@ fn a_body_that_falls_flat_on_two_parts_has_a_contact_and_a_memory_of_each() {
     let mut engine = alone(TANK, model.into(), vec![floor()], Vec3::zeros(), templates, &[falling]);
     for _ in 0..50 {
         run(&mut engine, 1, duration / 200.0);
-        let states = engine.contact_states();
+        let states = engine.contact_states(&Comm::Solo);
         let keys: Vec<ContactKey> = states.iter().map(ContactState::key).collect();
         assert_eq!(keys.iter().map(|key| key.parts).collect::<Vec<_>>(), [[0, 0], [1, 0]]);
         assert_eq!(engine.records().iter().map(|(key, _)| key).collect::<Vec<_>>(), keys);
@@ -68,7 +68,7 @@ fn a_box_cut_in_two_bounces_off_a_floor_and_off_its_like_as_the_box_does() {
         while touched == 0 || whole.contacts().count > 0 {
             run(&mut whole, 1, 2e-6);
             run(&mut cut, 1, 2e-6);
-            let [one, other] = [&whole, &cut].map(DemEngine::contact_states);
+            let [one, other] = [&whole, &cut].map(|engine| engine.contact_states(&Comm::Solo));
             assert_eq!(one.len(), other.len(), "step {steps}");
             for (one, other) in one.iter().zip(&other) {
                 let off = Vec3::from(one.force) - Vec3::from(other.force);
@@ -106,7 +106,8 @@ fn impact(shape: Arc<dyn Shape>) -> (f64, f64) {
     let (mut highest, mut steps) = (0.0_f64, 0);
     while steps < 10 || engine.contacts().count > 0 {
         run(&mut engine, 1, 1e-7);
-        let total: Vec3 = engine.contact_states().iter().map(|state| Vec3::from(state.force)).sum();
+        let total: Vec3 =
+            engine.contact_states(&Comm::Solo).iter().map(|state| Vec3::from(state.force)).sum();
         highest = highest.max(total.norm());
         steps += 1;
     }

@@ -57,7 +57,7 @@ fn particles_that_come_and_go_leave_the_same_bits_on_1_to_4_ranks_and_after_a_re
             advance(&mut engine, &comm, 20);
             let gone = known(&comm, &[1000, 993, 1001], engine.particles().owned()).unwrap();
             engine.remove(&gone).unwrap();
-            let (parts, middle) = (comm.all_gather(engine.save().unwrap()), whole(&engine, &comm));
+            let (parts, middle) = (comm.all_gather(engine.save(&comm).unwrap()), whole(&engine, &comm));
             advance(&mut engine, &comm, 100);
             (parts, [middle, whole(&engine, &comm)])
         })
@@ -96,7 +96,7 @@ fn nothing_is_remembered_of_the_contacts_of_a_particle_that_leaves_on_2_ranks() 
         let gone = touching.iter().next().unwrap().0.second;
         engine.remove(&[gone]).unwrap();
         let ids = |state: &ContactState| [state.first, state.second];
-        assert!(engine.contact_states().iter().all(|state| !ids(state).contains(&gone)));
+        assert!(engine.contact_states(&Comm::Solo).iter().all(|state| !ids(state).contains(&gone)));
         assert!(engine.records().iter().all(|(key, _)| ![key.first, key.second].contains(&gone)));
         advance(&mut engine, &comm, 10);
     });

@@ -38,7 +38,7 @@ fn spheres_that_are_let_go_over_a_gap_meet_with_the_work_of_the_force_and_bounce
     let mut engine = alone(TANK, model(LAW, 1.0), Vec::new(), Vec3::zeros(), templates, &all);
     while engine.contacts().begun == 0 {
         run(&mut engine, 1, 1e-7);
-        assert!(engine.contact_states().len() == 1 && engine.contacts().count < 2);
+        assert!(engine.contact_states(&Comm::Solo).len() == 1 && engine.contacts().count < 2);
     }
     let [depth, speed] = gap(&engine, radii[0] + radii[1]);
     let work = LAW.energy(start, reduced) - LAW.energy(depth, reduced);

@@ -53,7 +53,7 @@ fn pile(contact: ContactParams, is_sphere: bool, count: u64, deep: f64, steps: u
     let mut rows = vec![[f64::INFINITY, 0.0, 0.0]; count as usize];
     for _ in 0..100 {
         run(&mut engine, 1, dt);
-        let mut states = engine.contact_states();
+        let mut states = engine.contact_states(&Comm::Solo);
         states.sort_by(|a, b| a.point[2].total_cmp(&b.point[2]));
         for (n, row) in rows.iter_mut().enumerate() {
             let (force, depth) =

@@ -69,7 +69,7 @@ fn gathered(engine: &Native, comm: &Comm) -> Whole {
     particles.sort_unstable_by_key(|p| p.id);
     let records = Records::from_bytes(engine.context.params.memory(), &all(engine.records().bytes()));
     let records = History::new(records).records().clone();
-    let states = engine.contact_states();
+    let states = engine.contact_states(&Comm::Solo);
     assert!(states.is_sorted_by_key(ContactState::key));
     let mut states: Vec<ContactState> = bytemuck::pod_collect_to_vec(&all(bytemuck::cast_slice(&states)));
     states.sort_by_key(ContactState::key);
@@ -114,11 +114,11 @@ fn written(laws: Laws, ranks: usize) -> Written {
             step += 1;
             assert!(step < 400, "pairs touch now and then");
         }
-        let parts = comm.all_gather(engine.save().unwrap());
+        let parts = comm.all_gather(engine.save(&comm).unwrap());
         let middle = gathered(&engine, &comm);
         assert!(middle.states.len() > pairs(&middle) + 5, "and walls: {middle:?}");
         advance(&mut engine, &comm, (step, step + ON));
-        let later = comm.all_gather(engine.save().unwrap());
+        let later = comm.all_gather(engine.save(&comm).unwrap());
         let end = gathered(&engine, &comm);
         assert!(end.begun > middle.begun, "contacts begin and end");
         Written { step, parts: [parts, later], states: [middle, end] }
@@ -141,7 +141,7 @@ fn a_run_saved_on_1_to_4_ranks_continues_on_1_to_4_ranks_to_the_same_bits() {
                     for (n, (parts, state)) in parts.iter().zip(&states).enumerate() {
                         advance(&mut engine, &comm, (step, step + ON * n as u64));
                         assert_eq!(gathered(&engine, &comm), *state, "{what}");
-                        let same = readers != writers || engine.save().unwrap() == parts[comm.rank()];
+                        let same = readers != writers || engine.save(&comm).unwrap() == parts[comm.rank()];
                         assert!(same, "{what}: other bytes");
                     }
                 });

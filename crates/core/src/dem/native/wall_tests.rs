@@ -140,7 +140,7 @@ fn a_sphere_that_drops_on_a_wall_rebounds_with_the_set_restitution_and_one_memor
             let (key, memory) = engine.records().iter().next().unwrap();
             assert!(key.first == 3 && memory.len() == 1, "at step {step}");
             assert_eq!(ContactState::wall_of(key.second), Some(0));
-            let state = engine.contact_states()[0];
+            let state = engine.contact_states(&Comm::Solo)[0];
             assert_eq!((state.first, state.wall()), (3, Some(0)));
             assert!(state.force[2] > 0.0 && state.normal[2] < -0.999);
         }
@@ -246,7 +246,7 @@ fn an_elastic_sphere_in_a_closed_box_hits_all_six_walls_and_keeps_its_energy() {
     let (mut hit, mut off) = (std::collections::BTreeSet::new(), 0.0_f64);
     for _ in 0..60_000 {
         run(&mut engine, 1, dt);
-        hit.extend(engine.contact_states().iter().map(|state| state.wall().unwrap()));
+        hit.extend(engine.contact_states(&Comm::Solo).iter().map(|state| state.wall().unwrap()));
         if engine.contacts().count == 0 {
             off = off.max((first(&engine).velocity().norm_squared() / energy - 1.0).abs());
         }
@@ -282,7 +282,7 @@ fn walls_carry_the_weight_of_what_lies_on_them() {
         .collect();
     let mut engine = engine(MATERIAL.pair, walls, GRAVITY, &all);
     run(&mut engine, 100_000, 2e-6);
-    let states = engine.contact_states();
+    let states = engine.contact_states(&Comm::Solo);
     let keys: Vec<_> = states.iter().map(|s| (s.first, s.second)).collect();
     assert!(keys.is_sorted() && states.len() > 8, "{keys:?}");
     let on_particles: Vec3 =
