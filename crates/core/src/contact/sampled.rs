@@ -3,10 +3,10 @@
 //! This improves the scheme of Marquardt et al. (2024), with the same resolution `N_c`:
 //!
 //! 1. [`portal`]: support points give a direction; at walls it is the normal of the wall.
-//! 2. [`frame`]: a box along that direction, tightened by planes that touch the bodies.
-//! 3. [`side`]: `N_c` times `N_c` lines along each axis of the box. Their ends in the overlap are those of chords of spheres,
-//!    else zeros of convex distances, found to [`PRECISION`] by Newton's method (ellipsoids, and superellipsoids with their
-//!    gauge) or the secant method; sums over the lines give volume, centre, area vector and moment.
+//! 2. [`frame`]: a box along that direction: of [`ellipsoids`] by formulas, else tightened by planes that touch the bodies.
+//! 3. [`side`]: `N_c` times `N_c` lines along each axis of the box. Their ends in the overlap are those of chords of spheres and
+//!    ellipsoids, else zeros of convex functions, found to [`PRECISION`] by Newton's method (grown ellipsoids, superellipsoids) or
+//!    the secant method by distances; sums over the lines give volume, centre, area vector and moment.
 //! 4. The depth is the length of the line along the normal through the centre.
 //!
 //! A pair is always measured in the same order: swapping reverses the normal and changes no digit. Formulas and
@@ -16,6 +16,7 @@
 //! Marquardt, Hafen, Krause (2024), doi:10.1016/j.cpc.2024.109321, sections 2.3 and 3.
 
 mod cell;
+mod ellipsoids;
 mod frame;
 pub(super) mod portal;
 mod side;

@@ -127,6 +127,12 @@ impl Shape for Ellipsoid {
         (t * length, grad / length)
     }
 
+    fn gauge(&self, point: Vec3) -> Option<(f64, Vec3)> {
+        let gauge = point.component_div(&self.semi_axes).norm();
+        let gradient = point.component_div(&self.squares) / gauge;
+        Some((gauge, if gauge > 0.0 { gradient } else { Vec3::zeros() }))
+    }
+
     fn support(&self, direction: Vec3) -> Vec3 {
         // Scaled first: squares of tiny lengths would vanish.
         let stretched = (direction / direction.amax()).component_mul(&self.semi_axes);

@@ -3,8 +3,10 @@
 //! A polyhedron that contains the overlap is cut out of the bounding box by half-spaces: flat faces of the sides, and
 //! planes that touch a side between it and a corner of the polyhedron. The corners are the furthest in eight
 //! directions around the normal, which give the orientation of the overlap, and then those in the directions of the
-//! box as long as they are far from the overlap. An empty polyhedron proves that the sides do not touch.
+//! box as long as they are far from the overlap. An empty polyhedron proves that the sides do not touch. The box of two ellipsoids is
+//! found by formulas ([`Pencil`]).
 
+use super::ellipsoids::Pencil;
 use super::side::Side;
 use crate::contact::clip::{Clipper, Cut, Graph};
 use crate::math::{Mat3, Vec3, bounding_box};
@@ -35,6 +37,13 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// With a margin; `None` if it is empty or not finite.
+    pub(super) fn new(axes: Mat3, lo: Vec3, hi: Vec3) -> Option<Self> {
+        let margin = (hi - lo) * MARGIN + Vec3::repeat(f64::MIN_POSITIVE);
+        let (lo, hi) = (lo - margin, hi + margin);
+        (hi - lo).iter().all(|x| *x > 0.0 && x.is_finite()).then_some(Self { axes, lo, hi })
+    }
+
     /// A point by its coordinates along the axes (m).
     pub(super) fn point(&self, coordinates: Vec3) -> Vec3 {
         self.axes * coordinates
@@ -47,6 +56,9 @@ impl Frame {
 
 /// Box about the overlap, the third axis along `normal`; `None` if there is no overlap.
 pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
+    if let Some(pencil) = Pencil::new(sides, normal) {
+        return pencil.frame(normal);
+    }
     CLIPPER.with_borrow_mut(|clipper| {
         let axes = axes(normal, if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() });
         let (lo, hi) = furthest(sides, &axes)?;
@@ -66,14 +78,12 @@ pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
             refine(clipper, sides, -axis, normal, CUTS)?;
         }
         let (lo, hi) = bounding_box(clipper.positions().map(|x| axes.tr_mul(&x)));
-        let margin = (hi - lo) * MARGIN + Vec3::repeat(f64::MIN_POSITIVE);
-        let (lo, hi) = (lo - margin, hi + margin);
-        (hi - lo).iter().all(|x| x.is_finite()).then_some(Frame { axes, lo, hi })
+        Frame::new(axes, lo, hi)
     })
 }
 
 /// Unit vectors with the third along `normal` and the first near `along`.
-fn axes(normal: Vec3, along: Vec3) -> Mat3 {
+pub(super) fn axes(normal: Vec3, along: Vec3) -> Mat3 {
     let second = normal.cross(&along).normalize();
     Mat3::from_columns(&[second.cross(&normal), second, normal])
 }

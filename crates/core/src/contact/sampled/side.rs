@@ -1,4 +1,4 @@
-//! A side of a sampled contact, known by distance and gradient only: a body in its pose, or a wall.
+//! A side of a sampled contact, known by distance and gradient, and its gauge if that has a formula: a body in its pose, or a wall.
 
 use crate::contact::clip::Plane;
 use crate::contact::overlap::Body;
@@ -9,6 +9,9 @@ use crate::wall::Surface;
 
 /// Steps of the secant method after which a grazing line is given up.
 const STEPS: u32 = 40;
+
+/// Planes tried before distances are: enough where the growth is less than the radii of curvature.
+const PLANES: u32 = 8;
 
 /// A straight line, `from + along t` (m).
 #[derive(Clone, Copy, Debug)]
@@ -37,8 +40,8 @@ pub(super) enum Side<'a> {
         growth: f64,
         /// Its faces if it has only flat ones.
         solid: Option<&'a Solid>,
-        /// A body that holds it, whose chords are found faster, if that is close.
-        around: Option<Around>,
+        /// A quicker way to its chords than distances.
+        chords: Option<Chords>,
     },
     Wall(Surface),
 }
@@ -52,7 +55,7 @@ impl<'a> Side<'a> {
             centre,
             growth,
             solid: body.grown.solid(),
-            around: Around::new(shape, growth),
+            chords: Chords::new(shape, growth),
         }
     }
 
@@ -84,8 +87,7 @@ impl<'a> Side<'a> {
 
     /// Height above that plane, and its normal, of a body with a gauge.
     fn plane_of_gauge(&self, at: Vec3) -> Option<(f64, Vec3)> {
-        let Self::Body { around: Some(Around::Gauge { .. }), shape, to_body, centre, growth, .. } = self
-        else {
+        let Self::Body { chords: Some(_), shape, to_body, centre, growth, .. } = self else {
             return None;
         };
         let (gauge, gradient) = shape.gauge(to_body * (at - centre))?;
@@ -155,9 +157,9 @@ impl<'a> Side<'a> {
     /// there. Ends are right to `precision` (m), or far better.
     pub(super) fn intervals(&self, line: &Line, from: f64, to: f64, precision: f64) -> Intervals {
         match self {
-            Self::Body { around: Some(around), to_body, centre, shape, growth, .. } => {
+            Self::Body { chords: Some(chords), to_body, centre, shape, growth, .. } => {
                 let line = Line { from: to_body * (line.from - centre), along: to_body * line.along };
-                [around.within(&line, (*shape, *growth), [from, to], precision), None]
+                [chords.within(&line, (*shape, *growth), [from, to], precision), None]
             }
             Self::Body { .. } => {
                 let enter = self.approach(line, from, 1.0, precision);
@@ -201,112 +203,166 @@ impl<'a> Side<'a> {
     }
 }
 
-/// A body that holds a grown one.
-pub(super) enum Around {
-    Ellipsoid {
-        /// Inverse semi-axes (1/m).
-        inverse: Vec3,
-        /// It is the body.
-        is_exact: bool,
+/// A quick way to the chords of a body.
+pub(super) enum Chords {
+    /// Those of an ellipsoid with these inverse semi-axes (1/m).
+    Ellipsoid(Vec3),
+    /// Those of one that holds the body, shortened.
+    GrownEllipsoid {
+        /// Inverse semi-axes of ellipsoids that hold the body and lie in it (1/m).
+        outer: Vec3,
+        inner: Vec3,
+        /// Squares of the semi-axes of the one that has grown (m^2).
+        squares: Vec3,
+        /// Least radius of curvature of its surface (m).
+        roundness: f64,
     },
-    /// The body itself, scaled by this factor.
-    Gauge { scale: f64 },
+    /// Those of a sphere of this radius (m), shortened to those of a body with a gauge.
+    Gauge { reach: f64 },
 }
 
-impl Around {
+impl Chords {
     /// For a sphere, an ellipsoid or a body with a gauge.
     fn new(shape: &dyn Shape, growth: f64) -> Option<Self> {
         if let Some(radius) = shape.as_sphere().map(|radius| radius + growth).filter(|radius| *radius > 0.0) {
-            return Some(Self::Ellipsoid { inverse: Vec3::repeat(1.0 / radius), is_exact: true });
+            return Some(Self::Ellipsoid(Vec3::repeat(1.0 / radius)));
         }
-        if let Some(semi_axes) = shape.as_ellipsoid() {
-            let mean = (semi_axes.max() * semi_axes.min()).sqrt();
-            let squares = Ellipsoid::around(semi_axes.component_mul(&semi_axes), growth.max(0.0), mean);
-            let inverse = squares.map(|square| square.sqrt().recip());
-            return Some(Self::Ellipsoid { inverse, is_exact: growth == 0.0 });
+        if growth < 0.0 {
+            return None;
         }
-        // A body with a gauge is symmetric about its centre: half of its thickness is the radius of a sphere in it.
-        let scale = 1.0 + growth.max(0.0) / (0.5 * shape.thickness());
-        shape.gauge(Vec3::zeros()).map(|_| Self::Gauge { scale })
+        let Some(semi_axes) = shape.as_ellipsoid() else {
+            return shape.gauge(Vec3::zeros()).map(|_| Self::Gauge { reach: shape.circumradius() + growth });
+        };
+        if growth == 0.0 {
+            return Some(Self::Ellipsoid(semi_axes.map(f64::recip)));
+        }
+        let (mean, squares) =
+            ((semi_axes.max() * semi_axes.min()).sqrt(), semi_axes.component_mul(&semi_axes));
+        let outer = Ellipsoid::around(squares, growth, mean).map(|square| square.sqrt().recip());
+        let inner = semi_axes.map(|axis| (axis + growth).recip());
+        Some(Self::GrownEllipsoid { outer, inner, squares, roundness: squares.min() / semi_axes.max() })
     }
 
-    /// Part of a line inside the body, in its own frame, as [`Side::intervals`]: the chord of the body that holds it, and from its ends, or
-    /// from those of the part of interest, Newton's method, which never passes the surface.
+    /// Part of a line inside the body, in its own frame, as [`Side::intervals`]: from the ends of the longer chord, or from those of the
+    /// part of interest, Newton's method, which never passes the surface.
     fn within(
         &self,
         line: &Line,
-        body: (&dyn Shape, f64),
+        (shape, growth): (&dyn Shape, f64),
         [from, to]: [f64; 2],
         precision: f64,
     ) -> Option<(f64, f64)> {
-        let (shape, growth) = body;
-        let ((enter, leave), is_exact) = match self {
-            Self::Ellipsoid { inverse, is_exact } => (Self::of_ellipsoid(inverse, line)?, *is_exact),
-            Self::Gauge { scale } => {
-                (Self::of_gauge((shape, *scale), line, [from, to], precision)?, growth == 0.0)
+        let (enter, leave) = match self {
+            Self::Ellipsoid(inverse) => return of_ellipsoid(inverse, line),
+            Self::GrownEllipsoid { outer, .. } => of_ellipsoid(outer, line)?,
+            Self::Gauge { reach } => {
+                let middle = -line.from.dot(&line.along);
+                let square = reach * reach - (line.from + line.along * middle).norm_squared();
+                let half = square.max(0.0).sqrt();
+                (middle - half, middle + half)
             }
         };
-        if is_exact {
-            return Some((enter, leave));
-        }
-        // Most that begin where the part of interest does are inside there.
-        let end = |near: f64, start: f64, far: f64| {
-            let is_between = near > start.min(far) && near < start.max(far);
-            let found = is_between.then(|| Self::nearer(line, body, [near, far], precision)).flatten();
-            found.or_else(|| Self::nearer(line, body, [start, far], precision))
-        };
-        let enter = end(from, enter, leave)?;
-        Some((enter, end(to, leave, enter)?))
-    }
-
-    /// The chord of an ellipsoid: stretched, the line has one in the unit sphere.
-    fn of_ellipsoid(inverse: &Vec3, line: &Line) -> Option<(f64, f64)> {
-        let [origin, along] = [line.from, line.along].map(|v| v.component_mul(inverse));
-        let square = along.norm_squared();
-        let middle = -origin.dot(&along) / square;
-        let left = 1.0 - (origin + along * middle).norm_squared();
-        if left <= 0.0 {
-            return None;
-        }
-        let half = (left / square).sqrt();
-        Some((middle - half, middle + half))
-    }
-
-    /// The part between `from` and `to` of the chord of a body `scale` times as large. The gauge is convex along the line.
-    fn of_gauge(
-        (shape, scale): (&dyn Shape, f64),
-        line: &Line,
-        [from, to]: [f64; 2],
-        precision: f64,
-    ) -> Option<(f64, f64)> {
-        let above = |at: Vec3| {
-            let (gauge, gradient) = shape.gauge(at)?;
-            Some((gauge - scale, gradient.dot(&line.along), precision * gradient.norm()))
-        };
-        let end = |start, far| newton(line, [start, far], above);
-        let reach = scale * shape.circumradius();
-        let middle = -line.from.dot(&line.along);
-        let half = (reach * reach - (line.from + line.along * middle).norm_squared()).max(0.0).sqrt();
-        let (low, high) = (from.max(middle - half), to.min(middle + half));
+        let (low, high) = (from.max(enter), to.min(leave));
         if low >= high {
             return None;
         }
+        if growth == 0.0 {
+            let end = |start, far| {
+                newton(line, [start, far], |at| {
+                    let (gauge, gradient) = shape.gauge(at)?;
+                    Some((gauge - 1.0, gradient.dot(&line.along), precision * gradient.norm()))
+                })
+            };
+            let enter = end(low, high)?;
+            return Some((enter, end(high, enter)?));
+        }
+        let end = |start: f64, far: f64| {
+            let at = line.at(start);
+            let (foot, roundness) = if let Self::GrownEllipsoid { outer, inner, squares, roundness } = self {
+                if at.component_mul(inner).norm_squared() <= 1.0 {
+                    return Some(start);
+                }
+                let normal = at.component_mul(outer).component_mul(outer);
+                let pull = normal.component_mul(squares);
+                // The foot with the normal of the outer ellipsoid.
+                let at = pull * normal.dot(&pull).sqrt().recip();
+                (Foot { at, normal: normal * normal.norm().recip() }, *roundness)
+            } else {
+                let foot = Foot::below(shape, at)?;
+                if foot.normal.dot(&at) <= foot.normal.dot(&foot.at) {
+                    return Some(start);
+                }
+                (foot, 0.0)
+            };
+            to_grown(line, [start, far], (shape, growth, roundness), foot, precision)
+        };
         let enter = end(low, high)?;
         Some((enter, end(high, enter)?))
     }
+}
 
-    /// The end of the part inside, from outside on towards the other one; none if the line misses the body.
-    fn nearer(
-        line: &Line,
-        (shape, growth): (&dyn Shape, f64),
-        ends: [f64; 2],
-        precision: f64,
-    ) -> Option<f64> {
-        newton(line, ends, |at| {
-            let (distance, gradient) = shape.distance_and_gradient(at);
-            Some((distance - growth, gradient.dot(&line.along), precision))
-        })
+/// The chord of an ellipsoid: stretched, the line has one in the unit sphere.
+fn of_ellipsoid(inverse: &Vec3, line: &Line) -> Option<(f64, f64)> {
+    let [origin, along] = [line.from, line.along].map(|v| v.component_mul(inverse));
+    let square = along.norm_squared();
+    let middle = -origin.dot(&along) / square;
+    let left = 1.0 - (origin + along * middle).norm_squared();
+    if left <= 0.0 {
+        return None;
     }
+    let half = (left / square).sqrt();
+    Some((middle - half, middle + half))
+}
+
+/// A point of a surface, and the normal there.
+struct Foot {
+    at: Vec3,
+    normal: Vec3,
+}
+
+impl Foot {
+    /// The point of the surface of a body with a gauge on the way from a point to the centre.
+    fn below(shape: &dyn Shape, point: Vec3) -> Option<Self> {
+        let (gauge, gradient) = shape.gauge(point)?;
+        Some(Self { at: point / gauge, normal: gradient / gradient.norm() })
+    }
+}
+
+/// Newton's method along a line for a grown body with a gauge, from outside: as [`newton`].
+///
+/// A step ends at the plane that touches the grown body above a foot on the surface: it holds the body. It has arrived in the ball that
+/// touches that plane from within, of the radius of the growth and the least one of curvature, `roundness` (m), if known. The next foot is
+/// that of the centre of the ball of growth that touches the plane where the step ends.
+fn to_grown(
+    line: &Line,
+    [start, end]: [f64; 2],
+    (shape, growth, roundness): (&dyn Shape, f64, f64),
+    mut foot: Foot,
+    precision: f64,
+) -> Option<f64> {
+    let mut t = start;
+    for _ in 0..PLANES {
+        let mut arm = line.at(t) - foot.at;
+        let height = foot.normal.dot(&arm) - growth;
+        if height > 0.0 {
+            let step = height / foot.normal.dot(&line.along);
+            let ahead = step * (end - start) < 0.0 && (end - t).abs() >= step.abs();
+            if !ahead {
+                return None;
+            }
+            t -= step;
+            arm -= line.along * step;
+        }
+        let radius = growth + roundness + precision;
+        if (arm + foot.normal * roundness).norm_squared() <= radius * radius {
+            return Some(t);
+        }
+        foot = Foot::below(shape, line.at(t) - foot.normal * growth)?;
+    }
+    newton(line, [t, end], |at| {
+        let (distance, gradient) = shape.distance_and_gradient(at);
+        Some((distance - growth, gradient.dot(&line.along), precision))
+    })
 }
 
 /// Newton's method along a line for a convex function, positive at the start: the first point on the way to the end where it is within its
