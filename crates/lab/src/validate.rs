@@ -12,6 +12,7 @@ mod composites;
 mod context;
 mod cylinder;
 mod drafting;
+mod drum;
 mod flow_past_sphere;
 mod fluidised_bed;
 mod friction;
@@ -19,6 +20,7 @@ mod hard_sphere_gas;
 mod heap;
 mod hertz;
 mod hindered_settling;
+mod hopper;
 mod liggghts;
 mod mesh_walls;
 mod net_flux;
@@ -44,6 +46,7 @@ mod slope;
 mod sphere_array;
 mod taylor_green;
 mod turbulence;
+mod vessels;
 mod watch;
 mod wet_impact;
 
@@ -99,6 +102,8 @@ pub const CASES: &[Case] = &[
     agglomerate::CASE,
     column_collapse::CASE,
     repose::CASE,
+    hopper::CASE,
+    drum::CASE,
     hertz::CASE,
     liggghts::CASE,
     wet_impact::CASE,

@@ -2,11 +2,10 @@
 
 use super::prelude::*;
 use super::round_walls::flow;
-use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
-use turbid::math::Quat;
+use super::vessels::{add_mesh, turned};
+use std::f64::consts::PI;
 use turbid::shape::{Shape, Sphere};
-use turbid::wall::{FreeSide, Motion, PlacedMesh, Surface, Wall, WallMesh};
+use turbid::wall::{FreeSide, Motion, WallMesh};
 
 const TEXT: &str = include_str!("../../../../validation/mesh_walls/case.toml");
 const REFERENCE: &str = include_str!("../../../../validation/sphere_array/reference.csv");
@@ -37,27 +36,15 @@ const BED: f64 = 0.01;
 /// The case with a wall of facets in a cube or a box, and other changes.
 fn with_mesh(context: &SuiteContext, mesh: WallMesh, own: &[String]) -> Result<Setup> {
     let mut setup = context.setup(TEXT, CASE.name, own)?;
-    let placed = PlacedMesh { mesh: Arc::new(mesh), position: Vec3::zeros(), orientation: Quat::identity() };
-    let surface = Surface::Mesh(placed);
-    setup.walls.push(Wall { name: "mesh".into(), surface, motion: Motion::default(), material: 0 });
+    add_mesh(&mut setup, "mesh", mesh, Motion::default());
     Ok(setup)
 }
 
 /// A container: a round tube along x of `sides` strips, beyond the box at both ends, and closed there.
 fn tube(length: f64, [y, z]: [f64; 2], radius: f64, sides: u32) -> WallMesh {
-    let at = |k: u32, x: f64| {
-        let angle = TAU * f64::from(k) / f64::from(sides);
-        Vec3::new(x, y + radius * angle.cos(), z + radius * angle.sin())
-    };
-    let ends = [-4.0 * CELL, length + 4.0 * CELL];
-    let mut vertices: Vec<Vec3> = ends.iter().flat_map(|&x| (0..sides).map(move |k| at(k, x))).collect();
-    vertices.extend(ends.map(|x| Vec3::new(x, y, z)));
-    let facets = (0..sides).flat_map(|k| {
-        let next = (k + 1) % sides;
-        let [a, b, c, d] = [k, next, next + sides, k + sides];
-        [[a, b, c], [a, c, d], [2 * sides, b, a], [2 * sides + 1, d, c]]
-    });
-    WallMesh::new(vertices, facets.collect(), Some(FreeSide::Inside)).expect("a closed mesh")
+    let [low, high] = [-4.0 * CELL, length + 4.0 * CELL];
+    let profile = [[0.0, low], [radius, low], [radius, high], [0.0, high]];
+    turned(&profile, sides, Some(FreeSide::Inside), |a, b, x| Vec3::new(x, y + a, z + b))
 }
 
 fn pipe(context: &SuiteContext, found: &mut Findings) -> Result<()> {

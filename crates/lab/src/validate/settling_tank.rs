@@ -96,7 +96,7 @@ fn off_path(course: &[[f64; 4]], path: &[[f64; 2]]) -> f64 {
 }
 
 /// Slope of the line through points by least squares.
-fn slope(points: &[[f64; 2]]) -> f64 {
+pub(super) fn slope(points: &[[f64; 2]]) -> f64 {
     let count = points.len() as f64;
     let mean = |axis: usize| points.iter().map(|at| at[axis]).sum::<f64>() / count;
     let [x, y] = [mean(0), mean(1)];
