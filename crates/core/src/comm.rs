@@ -292,7 +292,7 @@ impl Comm {
     }
 
     /// A copy of the communicator of these ranks for a library that uses MPI itself, as a handle of Fortran's, which every language
-    /// has; it is never freed. None if the ranks are no processes. Collective.
+    /// has; the same in each call. None if the ranks are no processes. Collective.
     pub fn duplicate(&self) -> Option<i32> {
         match self {
             #[cfg(feature = "mpi")]

@@ -2,7 +2,7 @@
 
 use super::deck::HELD;
 use super::instance::{Instance, Outcome};
-use super::session::{Session, path_of};
+use super::session::{Session, id_of, path_of};
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use std::fs::File;
 use std::io::{Read, Write};
@@ -71,7 +71,7 @@ impl Session {
 
     /// Makes forces, torques and loads those of `states`.
     fn set_forces(&mut self, states: &[LoadedState]) -> Outcome<()> {
-        let ids: Vec<u64> = self.instance.arrays()?.id.iter().map(|&tag| tag as u64 - 1).collect();
+        let ids: Vec<u64> = self.instance.arrays()?.id.iter().map(|&tag| id_of(tag)).collect();
         let of = |id: &u64| {
             let at = states.binary_search_by_key(id, |loaded| loaded.state.id);
             at.map(|at| states[at]).map_err(|_| format!("LIGGGHTS has particle {id}, which was not saved"))

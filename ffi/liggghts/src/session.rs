@@ -191,7 +191,7 @@ fn tag(id: u64) -> Outcome<i32> {
 }
 
 /// The id of a particle.
-fn id_of(tag: i32) -> u64 {
+pub(super) fn id_of(tag: i32) -> u64 {
     tag as u64 - 1
 }
 
@@ -338,16 +338,11 @@ impl Session {
         Ok(())
     }
 
-    /// The loads on the atoms, weight included: forces and torques in LIGGGHTS's order.
-    pub(super) fn loads(&mut self) -> Outcome<[Vec<[f64; 3]>; 2]> {
-        let n = self.instance.arrays()?.id.len();
-        let forces = self.instance.property("dragforce", n)?.to_vec();
-        Ok([forces, self.instance.property("hdtorque", n)?.to_vec()])
-    }
-
     /// The spheres of this process now, ascending by id, with their loads, weight included.
     pub(super) fn states(&mut self) -> Outcome<Vec<LoadedState>> {
-        let [forces, torques] = self.loads()?;
+        let n = self.instance.arrays()?.id.len();
+        let forces = self.instance.property("dragforce", n)?.to_vec();
+        let torques = self.instance.property("hdtorque", n)?.to_vec();
         let arrays = self.instance.arrays()?;
         self.order.note(arrays.id);
         let state = |k: usize| {

@@ -82,7 +82,7 @@ impl External {
                 let bodies = [self.body(&now[i]), self.body(&now[j])];
                 overlap(Geometry::Exact, &bodies[0], &bodies[1], offset).map_or(0.0, |overlap| overlap.depth)
             };
-            let is_own = self.near.evaluating_rank_of([i, j], store) == Some(self.rank);
+            let is_own = self.near.evaluating_rank_of([i, j], store) == Some(self.near.rank);
             add(i, now[j].id, is_own, depth, thickness(i).min(thickness(j)));
         }
         // Walls move along themselves only, so their surfaces stay where they are.

@@ -171,7 +171,6 @@ struct Abilities {
 #[derive(Debug)]
 pub struct External {
     params: ExternalParams,
-    rank: usize,
     seat: Seat,
     near: GhostLayer,
     population: LocalParticles,
@@ -229,15 +228,14 @@ impl External {
         let contour = |template: &Template| GrownShape::new(template.shape.clone(), enlargement);
         let contours: Vec<GrownShape> = templates.iter().map(contour).collect();
         let reach: Vec<f64> = contours.iter().map(GrownShape::reach).collect();
-        let (rank, inertias) = (comm.rank(), templates.iter().map(Inertia::of).collect());
+        let inertias = templates.iter().map(Inertia::of).collect();
         let seat = seat(&params, &decomposition, comm)?;
-        let near = GhostLayer::new(decomposition, rank, &reach);
+        let near = GhostLayer::new(decomposition, comm.rank(), &reach);
         let (lo, extent) = near.window();
         let finder = PairFinder::in_window(near.decomposition().domain, lo, extent);
         let population = LocalParticles::new(&near, templates, Vec::new());
         let mut engine = Self {
             params,
-            rank,
             seat,
             near,
             population,
@@ -295,7 +293,7 @@ impl External {
         };
         let arrived = self.to_owners(comm, states);
         if let Some(lost) = self.missing(comm, &arrived) {
-            let lost = if self.rank == 0 { Err(self.failure(lost)) } else { Ok(()) };
+            let lost = if self.near.rank == 0 { Err(self.failure(lost)) } else { Ok(()) };
             return self.note_failure(comm, lost).map(drop);
         }
         let updated = self.update_particles(arrived, dt);
@@ -335,7 +333,8 @@ impl External {
         }
         owned.sort_unstable_by_key(|(particle, ..)| particle.id);
         self.holders.replace(owned.iter().map(|&(.., holder)| holder).collect());
-        self.population.set_owned(self.rank, owned.into_iter().map(|(particle, load, _)| (particle, load)));
+        self.population
+            .set_owned(self.near.rank, owned.into_iter().map(|(particle, load, _)| (particle, load)));
         outcome
     }
 
@@ -439,8 +438,7 @@ impl DemEngine for External {
             return Err(self.failure("it has failed, and what it had is lost"));
         }
         let states = self.contact_states(comm);
-        let health = comm.agree(self.health());
-        health?;
+        comm.agree(self.health())?;
         let own = self.save_parts(comm).map_err(|what| self.failure(what));
         let saved = Saved {
             substep: self.step,

@@ -16,6 +16,7 @@ use turbid_core::dem::Load;
 use turbid_core::dem::native::failures::position_text;
 use turbid_core::error::Result;
 use turbid_core::math::Vec3;
+use turbid_core::particle::Particle;
 
 /// A particle that has come to its owner.
 #[derive(Clone, Copy, Debug)]
@@ -127,7 +128,7 @@ impl External {
     /// Sends the loads of the owned particles to the parts that have these, which make a step; the particles of the part of this rank
     /// then. Collective.
     pub(super) fn advance_parts(&self, comm: &Comm, loads: &[Load], dt: f64) -> Outcome<Vec<LoadedState>> {
-        let mut sorted = Sorted::new(self.rank);
+        let mut sorted = Sorted::new(self.near.rank);
         let owned = self.population.store.owned().iter().zip(loads);
         for ((particle, load), &holder) in owned.zip(self.holders.borrow().iter()) {
             let load = AppliedLoad { id: particle.id, force: load.force.into(), torque: load.torque.into() };
@@ -167,7 +168,7 @@ impl External {
 
     /// Sends the particles of the part of this rank to their owners; those of this rank. Collective.
     pub(super) fn to_owners(&self, comm: &Comm, states: Vec<LoadedState>) -> Vec<Arrived> {
-        let (domain, mut sorted) = (self.near.decomposition().domain, Sorted::new(self.rank));
+        let (domain, mut sorted) = (self.near.decomposition().domain, Sorted::new(self.near.rank));
         let mut owners = Vec::with_capacity(states.len());
         for loaded in states {
             let owner = self.near.owner(domain.wrap(loaded.state.position.into()));
@@ -197,15 +198,15 @@ impl External {
             return None;
         }
         // All that there were, and all that there are: the run ends.
-        let before: Vec<(u64, [f64; 3])> =
-            self.population.store.owned().iter().map(|p| (p.id, p.position)).collect();
-        let records: Vec<[u64; 4]> =
-            before.iter().map(|(id, at)| [*id, at[0].to_bits(), at[1].to_bits(), at[2].to_bits()]).collect();
-        let all = comm.gather(cast_slice(&records).to_vec()).concat();
+        let record = |p: &Particle| {
+            let [x, y, z] = p.position.map(f64::to_bits);
+            [p.id, x, y, z]
+        };
+        let before: Vec<[u64; 4]> = self.population.store.owned().iter().map(record).collect();
+        let known: Vec<[u64; 4]> = pod_collect_to_vec(&comm.gather(cast_slice(&before).to_vec()).concat());
         let mut now: Vec<u64> = pod_collect_to_vec(&comm.gather(cast_slice(&ids).to_vec()).concat());
         now.sort_unstable();
         let records = now.len();
-        let known: Vec<[u64; 4]> = pod_collect_to_vec(&all);
         let double = now.windows(2).find(|pair| pair[0] == pair[1]);
         let double =
             double.map_or_else(String::new, |pair| format!(", and two of them are of particle {}", pair[0]));
@@ -217,7 +218,8 @@ impl External {
         Some(format!("message `states`: {records} records for {count} particles{double}{lost}"))
     }
 
-    /// Asks the parts for the particles that they have, if there are several parts: between two steps. Collective.
+    /// Asks the parts for the particles that they have, and notes which part has each of the owned ones, if there are several parts: between
+    /// two steps. Collective.
     pub(super) fn locate(&self, comm: &Comm) -> Result<()> {
         if self.seat.parts == 1 {
             return Ok(());
@@ -225,14 +227,9 @@ impl External {
         let states = self.ask(comm, self.peer(), (Kind::ListParticles, &[]), u64::MAX);
         let states = states.and_then(|bytes| read_states(&bytes, None, self.able.orientations));
         let states = comm.agree(states.map_err(|what| self.failure(what)))?;
-        self.note_holders(comm, states)
-    }
-
-    /// Notes which part has each of the owned particles, given those of the part of this rank. Collective.
-    pub(super) fn note_holders(&self, comm: &Comm, states: Vec<LoadedState>) -> Result<()> {
         let arrived = self.to_owners(comm, states);
         if let Some(lost) = self.missing(comm, &arrived) {
-            return comm.agree(if self.rank == 0 { Err(self.failure(lost)) } else { Ok(()) });
+            return comm.agree(if self.near.rank == 0 { Err(self.failure(lost)) } else { Ok(()) });
         }
         let mut holders = vec![0; self.population.store.owned];
         let mut unknown = None;
@@ -262,7 +259,7 @@ impl External {
 
     /// Sends the contacts of the part of this rank to owners of a body, which know both; those that have come here. Collective.
     pub(super) fn to_first(&self, comm: &Comm, listed: Vec<MeasuredContact>) -> Vec<MeasuredContact> {
-        let mut sorted = Sorted::new(self.rank);
+        let mut sorted = Sorted::new(self.near.rank);
         if let Some(part) = &self.part {
             let owners = part.owners.borrow();
             let owner =

@@ -14,11 +14,11 @@ use turbid_core::dem::{ContactSummary, Load};
 use turbid_core::error::{Error, Result};
 use turbid_core::particle::Particle;
 
-/// Between the name of an engine of several parts and their number, in what is saved.
+/// Ends the name of an engine of several parts, in what is saved.
 const OF_PARTS: char = '\0';
 
 /// States that the parts of an engine have saved: of each the length of the name of the engine (u64) and the name, and its own bytes; of several
-/// parts their number is in the name, and the length of its own bytes (u64) stands before them.
+/// parts [`OF_PARTS`] ends the name, and the length of its own bytes (u64) stands before them.
 #[derive(Debug, Default, PartialEq)]
 struct Own<'a> {
     name: &'a str,
@@ -31,7 +31,7 @@ impl<'a> Own<'a> {
         if parts == 1 {
             return [bytes_of(&(name.len() as u64)), name.as_bytes(), own].concat();
         }
-        let name = format!("{name}{OF_PARTS}{parts}");
+        let name = format!("{name}{OF_PARTS}");
         let [before, length] = [name.len(), own.len()].map(|length| (length as u64).to_le_bytes());
         [&before, name.as_bytes(), &length, own].concat()
     }
@@ -42,7 +42,7 @@ impl<'a> Own<'a> {
         while !saved.is_empty() {
             let (name, rest) = sized(saved)?;
             let name = std::str::from_utf8(name).ok()?;
-            let own = if let Some((name, _)) = name.split_once(OF_PARTS) {
+            let own = if let Some(name) = name.strip_suffix(OF_PARTS) {
                 all.name = name;
                 let (own, rest) = sized(rest)?;
                 saved = rest;
@@ -98,8 +98,6 @@ impl External {
         // The others learn whether it has worked.
         self.failed = comm.any(outcome.is_err());
         if let (Some(saved), false) = (saved, self.failed) {
-            // An engine that there can be one of must be gone before there is another.
-            self.part = None;
             outcome = self.launch(comm, takes_part, of_part, saved);
             self.failed = comm.any(outcome.is_err());
         }
@@ -107,11 +105,12 @@ impl External {
         if self.failed {
             return outcome.and(Err(Error::OtherRank));
         }
-        let of_any =
-            |able: fn(&Hello) -> bool| comm.any(self.part.as_ref().is_some_and(|part| able(&part.hello)));
-        let abilities: [fn(&Hello) -> bool; 3] =
-            [|hello| hello.orientations, |hello| hello.contacts, |hello| hello.overlaps];
-        let [orientations, tells, overlaps] = abilities.map(of_any);
+        let of_part = self.part.as_ref().map(|part| &part.hello);
+        let says = |able: fn(&Hello) -> bool| i64::from(of_part.is_some_and(able));
+        let mut able =
+            [says(|hello| hello.orientations), says(|hello| hello.contacts), says(|hello| hello.overlaps)];
+        comm.sum(&mut able);
+        let [orientations, tells, overlaps] = able.map(|parts| parts > 0);
         self.able = Abilities { orientations, tells: tells || all.is_empty(), overlaps };
         if saved.is_some() { self.locate(comm) } else { Ok(()) }
     }

@@ -24,7 +24,7 @@ use std::cell::Cell;
 use std::os::raw::c_int;
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Once};
+use std::sync::{Arc, Once, OnceLock};
 
 /// Exit code of all ranks after the panic of one.
 const PANICKED: c_int = 101;
@@ -133,15 +133,18 @@ impl MpiComm {
         lengths.into_iter().map(|length| length as usize).collect()
     }
 
-    /// A copy of the communicator, as a handle of Fortran's.
+    /// A copy of the communicator, as a handle of Fortran's: one for all libraries of this process.
     #[allow(clippy::unused_self, reason = "who has it knows that MPI runs")]
     pub(super) fn duplicate(&self) -> i32 {
-        let mut copy = std::mem::MaybeUninit::uninit();
-        // SAFETY: MPI runs, every rank calls this, and the copy is where it goes.
-        unsafe {
-            ffi::MPI_Comm_dup(ffi::RSMPI_COMM_WORLD, copy.as_mut_ptr());
-            ffi::MPI_Comm_c2f(copy.assume_init())
-        }
+        static COPY: OnceLock<i32> = OnceLock::new();
+        *COPY.get_or_init(|| {
+            let mut copy = std::mem::MaybeUninit::uninit();
+            // SAFETY: MPI runs, every rank calls this, and the copy is where it goes.
+            unsafe {
+                ffi::MPI_Comm_dup(ffi::RSMPI_COMM_WORLD, copy.as_mut_ptr());
+                ffi::MPI_Comm_c2f(copy.assume_init())
+            }
+        })
     }
 
     pub(super) fn pattern<T: Pod + Send>(
