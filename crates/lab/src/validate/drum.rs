@@ -1,7 +1,7 @@
 //! Spheres in a rotating drum that is a mesh: `validation/drum`.
 
 use super::prelude::*;
-use super::vessels::{add_mesh, turned};
+use super::vessels::{add_mesh, jitter, turned};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
@@ -62,9 +62,7 @@ fn grains() -> String {
     for ([x, z], j) in points.iter().flat_map(|point| (0..along as u32).map(move |j| (point, j))).take(count)
     {
         n += 1.0;
-        // Fractional parts of multiples of square roots of primes.
-        let jitter =
-            [0.414_213_562, 0.732_050_808, 0.236_067_977].map(|step: f64| 0.05 * ((n * step).fract() - 0.5));
+        let jitter = jitter(n);
         let y = (f64::from(j) + 0.5) * LENGTH / along;
         let [x, z] = [x + jitter[0], z + jitter[2]].map(|at| AXIS + at * D);
         let _ = write!(list, "[{x:.9e}, {:.9e}, {z:.9e}],", y + jitter[1] * D);

@@ -2,7 +2,7 @@
 
 use super::prelude::*;
 use super::settling_tank::slope;
-use super::vessels::{add_mesh, turned};
+use super::vessels::{add_mesh, jitter, turned};
 use std::f64::consts::PI;
 use std::fmt::Write;
 use turbid::wall::Motion;
@@ -104,9 +104,7 @@ impl Vessel {
                     continue;
                 }
                 n += 1.0;
-                // Fractional parts of multiples of square roots of primes.
-                let jitter = [0.414_213_562, 0.732_050_808, 0.236_067_977]
-                    .map(|step: f64| 0.05 * ((n * step).fract() - 0.5));
+                let jitter = jitter(n);
                 let [x, y, z] = [x + jitter[0], y + jitter[1], z + jitter[2].abs()].map(|at| at * D);
                 let _ = write!(list, "[{:.9e}, {:.9e}, {:.9e}],", axis + x, axis + y, OUTLET + z);
             }

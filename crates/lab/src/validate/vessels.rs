@@ -1,10 +1,17 @@
-//! Walls from meshes that are surfaces of revolution, for `mesh_walls` and `drum`.
+//! Vessels from meshes that are surfaces of revolution, for `mesh_walls`, `hopper` and `drum`, and spheres to fill them.
 
 use super::prelude::*;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use turbid::math::Quat;
 use turbid::wall::{FreeSide, Motion, PlacedMesh, Surface, Wall, WallMesh};
+
+/// Distances (-) from the point of a grid along each axis, up to a fortieth, of the n-th sphere, from one: not at random, but unlike those of
+/// its neighbours.
+pub(super) fn jitter(n: f64) -> [f64; 3] {
+    // Fractional parts of multiples of square roots of primes.
+    [0.414_213_562, 0.732_050_808, 0.236_067_977].map(|step: f64| 0.05 * ((n * step).fract() - 0.5))
+}
 
 /// The surface of `strips` flat strips round an axis, through rings of a radius at a height along it (m) in their order; a first or last radius
 /// of zero closes it. `place` gives the position of a point by its two coordinates across the axis and its height.
