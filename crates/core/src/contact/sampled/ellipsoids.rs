@@ -7,7 +7,7 @@
 //!
 //! A grown ellipsoid is replaced by one that holds it and touches it along the normal.
 
-use super::frame::{Frame, axes};
+use super::frame::{Frame, about, axes};
 use super::side::Side;
 use crate::math::nalgebra::{Cholesky, Const};
 use crate::math::{Mat3, Vec3};
@@ -71,9 +71,8 @@ impl Pencil {
 
     /// Box about the overlap, the third axis along `normal`; `None` if there is no overlap.
     pub(super) fn frame(&self, normal: Vec3) -> Option<Frame> {
-        let start = axes(normal, if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() });
         let (middle, _) = self.lowest(Vec3::zeros(), 0.5)?;
-        let axes = axes(normal, self.longest(middle, &start)?);
+        let axes = axes(normal, self.longest(middle, &about(normal))?);
         let (mut lo, mut hi) = (Vec3::zeros(), Vec3::zeros());
         for n in 0..3 {
             let axis: Vec3 = axes.column(n).into();

@@ -60,7 +60,7 @@ pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
         return pencil.frame(normal);
     }
     CLIPPER.with_borrow_mut(|clipper| {
-        let axes = axes(normal, if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() });
+        let axes = about(normal);
         let (lo, hi) = furthest(sides, &axes)?;
         clipper.load(&Graph::cuboid(lo, hi, 0).turned(&axes));
         for plane in sides.iter().flat_map(|side| side.planes()) {
@@ -80,6 +80,11 @@ pub(super) fn around(sides: [&Side; 2], normal: Vec3) -> Option<Frame> {
         let (lo, hi) = bounding_box(clipper.positions().map(|x| axes.tr_mul(&x)));
         Frame::new(axes, lo, hi)
     })
+}
+
+/// Unit vectors with the third along `normal`.
+pub(super) fn about(normal: Vec3) -> Mat3 {
+    axes(normal, if normal.x.abs() < 0.6 { Vec3::x() } else { Vec3::y() })
 }
 
 /// Unit vectors with the third along `normal` and the first near `along`.
