@@ -126,17 +126,9 @@ fn a_run_is_resumed_from_what_the_program_saved_with_the_same_bits_and_from_anot
     assert_eq!(starts, 1, "starts of the program by the resumed run, whose log it is");
 }
 
-/// The case with the engine in Python in several processes, which has this many steps.
+/// The case with the engines in Python of one process and of several, which has this many steps.
 fn in_parts(steps: u64) -> Place {
-    let place = Place::empty();
-    fs::create_dir(place.path("python")).unwrap();
-    let read = |file: &str| fs::read_to_string(in_tree("ffi/engines").join(file)).unwrap();
-    place.write("protocol.py", read("protocol.py"));
-    place.write("python/spheres.py", read("python/spheres.py"));
-    place.write("python/parts.py", read("python/parts.py"));
-    let case = read("python/settling.toml").replace("out/python_engine", "out");
-    place.write("python/case.toml", case.replace("steps = 400", &format!("steps = {steps}")));
-    place
+    of_engine("python", &["spheres.py", "parts.py"], steps)
 }
 
 #[test]
@@ -437,13 +429,16 @@ fn a_program_that_is_stopped_or_killed_ends_the_run_in_time_with_its_files_intac
     }
 }
 
-/// A folder with an engine of `ffi/engines` and its case, which has this many steps.
-fn of_engine(name: &str, steps: u64) -> Place {
+/// A folder with programs of a folder of `ffi/engines` and its case, which has this many steps.
+fn of_engine(name: &str, programs: &[&str], steps: u64) -> Place {
     let read = |file: &str| fs::read_to_string(in_tree("ffi/engines").join(file)).unwrap();
     let place = Place::empty();
     fs::create_dir(place.path(name)).unwrap();
     place.write("protocol.py", read("protocol.py"));
-    place.write(&format!("{name}/engine.py"), read(&format!("{name}/engine.py")));
+    for program in programs {
+        let program = format!("{name}/{program}");
+        place.write(&program, read(&program));
+    }
     let case = read(&format!("{name}/settling.toml")).replace(&format!("out/{name}_engine"), "out");
     place.write(&format!("{name}/case.toml"), case.replace("steps = 400", &format!("steps = {steps}")));
     place
@@ -459,7 +454,7 @@ fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes
     }
     let run = ["run", "lammps/case.toml", "--allow-engine", "--quiet"];
     let outcome = |steps: u64, more: &[&str]| {
-        let place = of_engine("lammps", steps);
+        let place = of_engine("lammps", &["engine.py"], steps);
         place.well(&[&run[..], more].concat());
         (column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)"), place)
     };
@@ -496,7 +491,7 @@ fn yade_settles_spheres_and_cubes_as_the_native_engine_does_on_any_number_of_thr
         ["--set", "particles.0.shape.sphere.diameter=1.5e-3", "--set", "particles.0.volume_fraction=0.2"];
     for (shape, tolerance) in [(&sphere[..], 0.01), (&[], 0.02)] {
         let outcome = |more: &[&str]| {
-            let place = of_engine("yade", 300);
+            let place = of_engine("yade", &["engine.py"], 300);
             place.well(&[&["run", "yade/case.toml", "--allow-engine", "--quiet"], shape, more].concat());
             let settling = column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)");
             (settling, place.summary("out")["state_hash"].clone())
