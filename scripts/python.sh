@@ -6,6 +6,7 @@ cd "$(dirname "$0")/.."
 . ./scripts/setup.sh
 need_cargo
 need_linker
+need_features mpi
 need_python
 
 target=${CARGO_TARGET_DIR:-$PWD/target}
@@ -16,6 +17,6 @@ wheels=$target/python/wheels
 # What is there already is not asked for again, so the second time needs no network.
 "$python" -m pip install --quiet --disable-pip-version-check --requirement ffi/python/tests/requirements.txt
 rm -rf "$wheels"
-"$python" -m maturin build --quiet --locked --manifest-path ffi/python/Cargo.toml --out "$wheels"
+"$python" -m maturin build --quiet --locked --features mpi --auditwheel skip --manifest-path ffi/python/Cargo.toml --out "$wheels"
 "$python" -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall "$wheels"/*.whl
 exec env MPLBACKEND=Agg "$python" -m pytest -q -p no:cacheprovider ffi/python/tests "$@"

@@ -5,6 +5,7 @@
 mod alone;
 mod analyse;
 mod branch;
+mod caller;
 mod checkpointer;
 mod engine;
 mod entrances;
@@ -42,12 +43,13 @@ use crate::wall::Wall;
 pub use alone::Alone;
 pub use analyse::{Analysis, analyse, particles_in};
 pub use branch::Branch;
+use caller::ExternalLoads;
 use checkpointer::Requests;
 pub use checkpointer::saved_head;
 use engine::Context;
 #[doc(hidden)]
 pub use engine::engine_of;
-use entrances::{ExternalLoad, refuse_endless};
+use entrances::refuse_endless;
 pub use identity::identity;
 pub use measure::Measurement;
 #[doc(hidden)]
@@ -90,7 +92,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 ///   step   map       solid volume fractions of the cells    Coupling       |
 ///          sweep     collide, force, stream                 AnyFluid       |
 ///          loads     momentum exchanged in covered cells    Coupling       |
-///          external  loads of the caller                    closure        |
+///          external  loads of the caller                    ExternalLoads  |
 ///          advance   contacts, motion, migration            DemEngine      |
 ///          halo      populations of neighbouring blocks     AnyFluid       |
 ///                                         |                                |
@@ -116,7 +118,7 @@ pub struct Simulation {
     dem: Box<dyn DemEngine>,
     timings: Timings,
     step: u64,
-    walls: Vec<Wall>,
+    walls: Arc<[Wall]>,
     /// Causes and remedies of a divergence of this case, for its message.
     hint: String,
     /// A failure of this rank that the others do not know of yet.
@@ -126,9 +128,10 @@ pub struct Simulation {
     /// Requests to this rank; after a control step, and only then, to any.
     requests: Requests,
     block: Block,
+    cut: Decomposition,
     /// Step of the last checkpoint that was written or read.
     checkpoint: Option<u64>,
-    external: Option<ExternalLoad>,
+    external: Option<ExternalLoads>,
     /// Constant loads on the bodies of each template; empty if there is none.
     applied: Vec<Load>,
     caller_moves: bool,
@@ -296,12 +299,13 @@ impl Simulation {
             comm: Rc::new(comm),
             timings: Timings::default(),
             step: 0,
-            walls: setup.walls.clone(),
+            walls: setup.walls.as_slice().into(),
             hint: failure::hint(setup),
             failure: None,
             agreed: None,
             requests: Requests::default(),
             block,
+            cut: decomposition.clone(),
             checkpoint: None,
             external: None,
             applied: applied(setup),
@@ -342,10 +346,7 @@ impl Simulation {
             }
         }
         if let Some(external) = external {
-            let time = self.step as f64 * units.dt;
-            for (load, particle) in loads.iter_mut().zip(dem.particles().owned()) {
-                *load += external(time, particle);
-            }
+            external.add_to(&mut loads, dem.particles().owned(), self.step as f64 * units.dt, comm);
         }
         let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
         if let Some(FluidSystem { fluid, .. }) = system {

@@ -4,7 +4,6 @@ use super::observe::own_fields;
 use super::{Fields, Simulation, run};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::dem::states::{self, Limits};
 use crate::dem::{Ballistic, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
@@ -28,9 +27,6 @@ pub(super) fn nearest_step(time: f64, time_step: f64) -> Result<u64> {
     let steps = (time / time_step - 0.5).ceil();
     refuse_endless(steps, time_step).map(|()| steps.max(0.0) as u64)
 }
-
-/// Loads of the caller on a particle at a time (s).
-pub(super) type ExternalLoad = Box<dyn FnMut(f64, &Particle) -> Load>;
 
 impl Simulation {
     /// The whole case on one rank in this thread, at rest; errors as [`new`](Self::new).
@@ -125,43 +121,6 @@ impl Simulation {
         self.dem.particles().owned()
     }
 
-    /// Sets position (m), orientation, velocity (m/s) and angular velocity (1/s) of all particles to those of `states`, which are
-    /// ascending by id and the same on every rank; what else they hold is not read. Positions are wrapped; what does not change keeps
-    /// every bit. The fluid meets the new states in the next step. After the first step, particles may be a cell away from where they are,
-    /// or, if the caller moves them, from where they were before the last step. Collective.
-    ///
-    /// ```
-    /// # let mut simulation = turbid::Builder::example().build()?;
-    /// let mut states = simulation.particles().to_vec();
-    /// states[0].velocity = [0.0, 0.0, 1e-3];
-    /// simulation.set_particles(&states)?;
-    /// assert_eq!(simulation.particles()[0].velocity().z, 1e-3);
-    /// assert!(simulation.set_particles(&[]).is_err());
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
-    ///
-    /// # Errors
-    /// [`Error::Input`] on every rank if `states` are not those of all particles, or impossible: not finite, too
-    /// fast, too far away, or deeper in another body, with which it does not move as one, or a wall than a quarter of the thickness;
-    /// [`Error::Unsupported`] from an engine of which no states can be set.
-    pub fn set_particles(&mut self, states: &[Particle]) -> Result<()> {
-        let saved = self.comm.agree(self.dem.save(&self.comm))?;
-        let engine = self.dem.name();
-        let parts = states::read(engine, &self.comm.all_gather(saved))?;
-        let before = match self.before.take() {
-            Some((step, before)) if step == self.step => before,
-            _ => {
-                let dt = if self.caller_moves && self.step > 0 { self.units.dt } else { 0.0 };
-                states::earlier(&parts, &self.domain, dt)
-            }
-        };
-        let limits = Limits { before: &before, ..self.limits() };
-        let parts = states::replace(engine, parts, states, &limits);
-        self.before = Some((self.step, before));
-        let parts = parts?;
-        self.dem.restore(&self.comm, &parts)
-    }
-
     /// Load of the fluid in the last step, buoyancy included, on each particle that this rank owned in it, with its id, ascending.
     /// Nothing without a fluid and before the first step.
     pub fn loads(&self) -> impl Iterator<Item = (u64, Load)> {
@@ -199,21 +158,5 @@ impl Simulation {
             Some(_) => own_fields(self, self.block),
             None => Ok(Fields::default()),
         }
-    }
-
-    /// Adds a load of the caller's to that of the fluid, from now on in every step on every particle that this rank owns: a
-    /// function of the time at the start of the step (s) and the particle. It is no part of a checkpoint, and particles that the
-    /// [caller moves](Self::caller_driven) do not feel it.
-    ///
-    /// ```
-    /// # use turbid::{Builder, dem::Load, math::Vec3};
-    /// # let mut simulation = Builder::example().gravity([0.0; 3]).build()?;
-    /// simulation.set_external_load(|_time, _particle| Load { force: Vec3::x() * 1e-6, ..Load::default() });
-    /// simulation.advance(10)?;
-    /// assert!(simulation.particles()[0].velocity().x > 0.0);
-    /// # Ok::<(), turbid::Error>(())
-    /// ```
-    pub fn set_external_load(&mut self, load: impl FnMut(f64, &Particle) -> Load + 'static) {
-        self.external = Some(Box::new(load));
     }
 }

@@ -68,15 +68,14 @@ impl Simulation {
     }
 
     /// Limits of the states that a caller sets.
-    pub(super) fn limits(&self) -> Limits<'_> {
+    pub(super) fn limits(&self) -> Limits {
         Limits {
-            templates: &self.templates,
+            templates: self.templates.clone(),
             domain: self.domain,
             time_step: self.units.dt,
-            walls: &self.walls,
+            walls: self.walls.clone(),
             time: self.time(),
             solid: self.contacts || self.caller_moves,
-            before: &[],
             continuous: self.step > 0,
         }
     }

@@ -296,7 +296,11 @@ fn world() -> Result<MpiComm> {
 /// Blocks with about the same work: one per process of an MPI job, else per thread that the case asks for, else per core or as many
 /// as fit. Errors: [`Error::Input`] with the largest admissible number if the case asks for more than fit.
 pub fn decompose(setup: &Setup) -> Result<Decomposition> {
-    let processes = processes();
+    decompose_for(setup, processes())
+}
+
+/// The same for this number of processes, if the ranks are processes, else for threads.
+pub(super) fn decompose_for(setup: &Setup, processes: Option<usize>) -> Result<Decomposition> {
     let ranks = match processes.unwrap_or(setup.plan.threads) {
         0 => Decomposition::max_ranks(setup.domain, cores()),
         asked => asked,

@@ -1,24 +1,31 @@
 //! A simulation that other threads call: what bindings to other languages, and windows, are built on.
 
+use super::caller::all_or_words;
 use super::entrances::nearest_step;
-use super::observe::{all_fields, all_loads, all_particles};
-use super::run::{all_good, decompose};
+use super::observe::{all_fields, all_particles};
+use super::run::{all_good, decompose_for};
 use super::{Fields, Simulation};
 use crate::case::Setup;
+#[cfg(feature = "mpi")]
+use crate::comm::MpiComm;
 use crate::comm::{Comm, try_on_threads};
 use crate::dem::Load;
-use crate::domain::Decomposition;
+use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::particle::Particle;
-use std::panic::resume_unwind;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 
 type Job = Arc<dyn Fn(&mut Simulation) + Send + Sync>;
 
-/// A [`Simulation`] on threads of its own, one per rank, which any other thread may call. Lists are of all ranks, particles
-/// ascending by id. Once a step has failed, every later one returns the same error; what has been reached can still be read.
+/// A [`Simulation`] on threads of its own, one per rank, which any other thread may call; or one rank of the processes of a
+/// [communicator](Self::on_communicator), on a thread of its own. Once a step has failed, every later one returns the same error; what has
+/// been reached can still be read.
+///
+/// Lists are of the particles of this process, ascending by id: of all, if it is the only one. One of several has those that it has
+/// [set](Self::set_particles) last, wherever they are; until it has set any, those in its [block](Self::block) now.
 ///
 /// ```
 /// use turbid::{Builder, simulation::Session};
@@ -32,8 +39,12 @@ type Job = Arc<dyn Fn(&mut Simulation) + Send + Sync>;
 pub struct Session {
     setup: Arc<Setup>,
     cut: Arc<Decomposition>,
+    block: Block,
+    is_of_several: bool,
     ranks: Mutex<Vec<Sender<Job>>>,
     thread: Mutex<Option<JoinHandle<Result<()>>>>,
+    /// Ids of the particles that the caller has set last.
+    held: Mutex<Option<Arc<[u64]>>>,
     /// The process that has these threads.
     process: u32,
 }
@@ -49,6 +60,37 @@ fn serve(simulation: Result<Simulation>, jobs: &Mutex<Receiver<Job>>) -> Result<
     Ok(())
 }
 
+fn ids(particles: &[Particle]) -> Arc<[u64]> {
+    particles.iter().map(|particle| particle.id).collect()
+}
+
+/// True on the rank that has the lists of the caller of its process.
+fn has_caller(simulation: &Simulation) -> bool {
+    simulation.comm.ranks_per_process() == 1 || simulation.comm.rank() == 0
+}
+
+/// The processes of a caller's communicator. Collective.
+#[cfg(feature = "mpi")]
+fn job_of(communicator: i32) -> Result<Comm> {
+    MpiComm::of_caller(communicator).map(Comm::Mpi)
+}
+
+#[cfg(not(feature = "mpi"))]
+fn job_of(_: i32) -> Result<Comm> {
+    let what = "a communicator needs MPI, which this turbid was built without: build it with the cargo feature `mpi`";
+    Err(Error::Input(what.to_string()))
+}
+
+/// Does the work of a rank that is a process; a panic ends them all, since the others would wait for it.
+fn of_job(work: impl FnOnce() -> Result<()>) -> Result<()> {
+    let done = catch_unwind(AssertUnwindSafe(work));
+    #[cfg(feature = "mpi")]
+    if done.is_err() {
+        crate::comm::abort(101);
+    }
+    done.unwrap_or_else(|panic| resume_unwind(panic))
+}
+
 impl Session {
     /// The case at rest with the engine it asks for, on as many threads as it asks for
     /// ([`Builder::threads`](crate::Builder::threads)).
@@ -56,41 +98,84 @@ impl Session {
     /// # Errors
     /// As [`Simulation::new`] and [`Simulation::on_ranks`]; [`Error::Input`] for a case in which particles come and go.
     pub fn new(setup: Setup) -> Result<Self> {
-        Self::with(setup, Simulation::new)
+        Self::with(setup, Simulation::new, None)
     }
 
     /// The same with particles that the caller moves, as [`Simulation::caller_driven`]; errors as [`new`](Self::new).
     pub fn caller_driven(setup: Setup) -> Result<Self> {
-        Self::with(setup, Simulation::caller_driven)
+        Self::with(setup, Simulation::caller_driven, None)
     }
 
-    fn with(setup: Setup, new: fn(&Setup, &Decomposition, Comm) -> Result<Simulation>) -> Result<Self> {
+    /// The case on the processes of a communicator of a program that has started MPI for calls from several threads
+    /// (`MPI_THREAD_SERIALIZED`), given by its handle of Fortran's (`MPI_Comm_c2f`); with particles that the engine of the case moves, or the
+    /// caller. Each process is a rank. Collective, as is every method but [`setup`](Self::setup), [`block`](Self::block), [`is_of_several`](Self::is_of_several),
+    /// [`nearest_step`](Self::nearest_step) and [`check_process`](Self::check_process), and the end of the session.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), the same on every process; [`Error::Input`] if MPI does not run or for one thread alone, or if Turbid was
+    /// built without the cargo feature `mpi`.
+    pub fn on_communicator(setup: Setup, communicator: i32, caller_moves: bool) -> Result<Self> {
+        let new = if caller_moves { Simulation::caller_driven } else { Simulation::new };
+        Self::with(setup, new, Some(communicator))
+    }
+
+    fn with(
+        setup: Setup,
+        new: fn(&Setup, &Decomposition, Comm) -> Result<Simulation>,
+        communicator: Option<i32>,
+    ) -> Result<Self> {
         if setup.changes_population() {
             let what = "particles of `insertion` and `removal` come and go, but those of a session, in C or Python, are always the same: \
                         run the case with turbid, or with `Simulation` of the Rust library";
             return Err(Error::Input(what.to_string()));
         }
-        let cut = Arc::new(decompose(&setup)?);
+        let job = communicator.map(job_of).transpose()?;
+        let cut = Arc::new(decompose_for(&setup, job.as_ref().map(Comm::size))?);
         let setup = Arc::new(setup);
-        let (ranks, jobs): (Vec<_>, Vec<_>) = (0..cut.ranks()).map(|_| channel()).unzip();
+        let here = if job.is_some() { 1 } else { cut.ranks() };
+        let (ranks, jobs): (Vec<_>, Vec<_>) = (0..here).map(|_| channel()).unzip();
         let jobs: Vec<_> = jobs.into_iter().map(Mutex::new).collect();
+        let block = cut.block(job.as_ref().map_or(0, Comm::rank));
         let (of_case, of_ranks) = (setup.clone(), cut.clone());
-        let start = move || {
-            let rank = |comm: Comm| {
-                let rank = comm.rank();
-                serve(new(&of_case, &of_ranks, comm), &jobs[rank])
-            };
-            match of_ranks.ranks() {
-                1 => rank(Comm::Solo),
-                ranks => all_good(try_on_threads(ranks, rank)?).map(|_| ()),
-            }
+        let start = move || match job {
+            Some(comm) => of_job(|| serve(new(&of_case, &of_ranks, comm), &jobs[0])),
+            None => match of_ranks.ranks() {
+                1 => serve(new(&of_case, &of_ranks, Comm::Solo), &jobs[0]),
+                ranks => {
+                    let rank = |comm: Comm| {
+                        let jobs = &jobs[comm.rank()];
+                        serve(new(&of_case, &of_ranks, comm), jobs)
+                    };
+                    all_good(try_on_threads(ranks, rank)?).map(|_| ())
+                }
+            },
         };
         let thread = Builder::new().name("turbid".into()).spawn(start);
         let refused = |error| Error::Input(format!("cannot start a thread: {error}"));
         let thread = Mutex::new(Some(thread.map_err(refused)?));
-        let session = Self { setup, cut, ranks: Mutex::new(ranks), thread, process: std::process::id() };
+        let whole = Block { lo: [0; 3], hi: cut.domain.cells };
+        let session = Self {
+            setup,
+            is_of_several: communicator.is_some(),
+            block: if communicator.is_some() { block } else { whole },
+            cut,
+            ranks: Mutex::new(ranks),
+            thread,
+            held: Mutex::default(),
+            process: std::process::id(),
+        };
         session.on_ranks(|_| Ok(()))?;
         Ok(session)
+    }
+
+    /// True if the session is one of several on a communicator.
+    pub fn is_of_several(&self) -> bool {
+        self.is_of_several
+    }
+
+    /// The cells of this process: those of the whole box, if it is the only one.
+    pub fn block(&self) -> Block {
+        self.block
     }
 
     /// The case.
@@ -191,62 +276,75 @@ impl Session {
         self.on_root(|simulation| Ok(simulation.steps_done()))
     }
 
-    /// All particles; see [`Simulation::particles`].
-    pub fn particles(&self) -> Result<Vec<Particle>> {
-        self.on_root(|simulation| Ok(all_particles(simulation, |_| true)))
-    }
-
-    /// Sets the states of all particles; errors as [`Simulation::set_particles`].
-    pub fn set_particles(&self, states: Vec<Particle>) -> Result<()> {
-        self.on_root(move |simulation| simulation.set_particles(&states))
-    }
-
-    /// Load of the fluid in the last step, buoyancy included, on each particle; zeros without a fluid and before the first step.
-    pub fn loads(&self) -> Result<Vec<Load>> {
-        self.on_root(|simulation| {
-            let particles = all_particles(simulation, |_| true);
-            let none = || vec![Load::default(); particles.len()];
-            Ok(all_loads(simulation, &particles).unwrap_or_else(none))
+    /// Calls `body` on every rank with the ids of the particles that the caller has there; the result where it is.
+    fn on_held<R: Send + 'static>(
+        &self,
+        body: impl Fn(&mut Simulation, &[u64]) -> Result<R> + Send + Sync + 'static,
+    ) -> Result<R> {
+        let held = lock(&self.held).clone();
+        self.on_root(move |simulation| {
+            let held = match &held {
+                Some(held) if has_caller(simulation) => held.clone(),
+                Some(_) => Arc::default(),
+                None if simulation.comm.ranks_per_process() == 1 => ids(simulation.particles()),
+                None => ids(&all_particles(simulation, |_| true)),
+            };
+            body(simulation, &held)
         })
     }
 
-    /// Loads of the caller's on all particles, ascending by id, from now on in every step, on none that come later; see [`Simulation::set_external_load`].
+    /// The particles of this process; see [`Simulation::particles`].
+    pub fn particles(&self) -> Result<Vec<Particle>> {
+        self.on_held(|simulation, held| simulation.particles_of(held))
+    }
+
+    /// Sets the states of the particles of this process, which with those of the others are all; errors as
+    /// [`Simulation::set_particles`].
+    pub fn set_particles(&self, states: Vec<Particle>) -> Result<()> {
+        let held = ids(&states);
+        self.on_root(move |simulation| {
+            simulation.set_particles(if has_caller(simulation) { &states } else { &[] })
+        })?;
+        *lock(&self.held) = Some(held);
+        Ok(())
+    }
+
+    /// Load of the fluid in the last step, buoyancy included, on each particle of this process; zeros without a fluid and before the first
+    /// step.
+    pub fn loads(&self) -> Result<Vec<Load>> {
+        self.on_held(|simulation, held| Ok(simulation.loads_of(held)))
+    }
+
+    /// Loads of the caller's on the particles of this process, from now on in every step; see [`Simulation::set_external_loads`].
     ///
     /// # Errors
-    /// [`Error::Input`] if these are not finite, or not as many as there are particles, or if the caller moves the particles.
+    /// [`Error::Input`] if these are not finite, or not as many as the process has particles, or if the caller moves the particles.
     pub fn set_external_loads(&self, loads: Vec<Load>) -> Result<()> {
-        let ids: Vec<u64> = self.particles()?.iter().map(|particle| particle.id).collect();
-        let count = ids.len();
-        if loads.len() != count {
-            return Err(Error::Input(format!("there are {count} particles, but {} loads", loads.len())));
-        }
-        if !loads.iter().all(|load| load.force.iter().chain(load.torque.iter()).all(|x| x.is_finite())) {
-            return Err(Error::Input("a load of the caller's is not finite".into()));
-        }
-        let (ids, loads) = (Arc::new(ids), Arc::new(loads));
-        self.on_root(move |simulation| {
-            if simulation.caller_moves {
-                return Err(Error::Input(
-                    "the caller moves the particles, so no load of the caller's acts on them".into(),
-                ));
-            }
-            let (ids, loads) = (ids.clone(), loads.clone());
-            simulation.set_external_load(move |_, particle| {
-                ids.binary_search(&particle.id).map_or_else(|_| Load::default(), |at| loads[at])
-            });
-            Ok(())
+        let loads: Arc<[Load]> = loads.into();
+        self.on_held(move |simulation, held| {
+            let loads = if has_caller(simulation) { &loads[..] } else { &[] };
+            let fit = if loads.len() == held.len() {
+                Ok(())
+            } else {
+                Err(format!("there are {} particles, but {} loads", held.len(), loads.len()))
+            };
+            all_or_words(&simulation.comm, "", fit)?;
+            let listed: Vec<(u64, Load)> = held.iter().copied().zip(loads.iter().copied()).collect();
+            simulation.set_external_loads(&listed)
         })
     }
 
-    /// Fields of the whole box, x varying fastest; see [`Simulation::fields`].
+    /// Fields of the [block](Self::block) of this process, x varying fastest; see [`Simulation::fields`].
     ///
     /// # Errors
     /// [`Error::Memory`].
     pub fn fields(&self) -> Result<Fields> {
         let cut = self.cut.clone();
         self.on_root(move |simulation| match simulation.fluid() {
-            Some(_) => all_fields(simulation, &cut),
-            None => Ok(Fields::default()),
+            Some(_) if simulation.comm.ranks_per_process() == simulation.comm.size() => {
+                all_fields(simulation, &cut)
+            }
+            _ => simulation.fields(),
         })
     }
 }

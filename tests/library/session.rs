@@ -105,7 +105,7 @@ fn impossible_states_are_refused_with_the_reason_and_change_nothing_on_2_ranks()
     };
     refused(&|all| all.truncate(2), "that of particle 2 is missing");
     refused(&|all| all.swap(0, 1), "the ids must ascend, but 0 follows 1");
-    refused(&|all| all.push(Particle { id: 9, ..all[0] }), "there are 3 particles, not 4");
+    refused(&|all| all.push(Particle { id: 9, ..all[0] }), "there is no particle 9");
     refused(&|all| all[1].template = 5, "particle 1 is of kind 0, not 5");
     refused(&|all| all[1].position[2] = -1.0, "the position of particle 1 is not in the box");
     refused(&|all| all[1].velocity[0] = f64::NAN, "the velocity of particle 1 is not finite");

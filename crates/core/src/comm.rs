@@ -3,6 +3,7 @@
 //! A rank owns one block. All calls are collective unless said otherwise: every rank makes the same calls in the same
 //! order. If a rank panics, the others panic out of their waits, or are ended, instead of hanging.
 
+mod fetch;
 #[cfg(feature = "mpi")]
 mod mpi;
 #[cfg(test)]
@@ -13,6 +14,7 @@ mod traffic;
 use crate::error::{Error, Result};
 use crate::memory;
 use bytemuck::Pod;
+pub use fetch::Fetched;
 #[cfg(feature = "mpi")]
 pub use mpi::{MpiComm, abort};
 use std::sync::Arc;

@@ -19,6 +19,7 @@ use crate::particle::{Particle, ParticleStore};
 use crate::shape::Shape;
 pub use ballistic::Ballistic;
 use bytemuck::{Pod, Zeroable};
+pub use exchange::LocalParticles;
 pub use facets::Facets;
 pub use history::Records;
 pub use native::{Native, NativeParams};
@@ -158,6 +159,9 @@ impl ContactState {
     }
 }
 
+/// Judgement of the particles of a rank, ghosts included, before they have got other [states](DemEngine::place) and after.
+pub type Check<'a> = &'a mut dyn FnMut([&LocalParticles; 2]) -> Result<()>;
+
 /// The error of an engine whose particles neither come nor go.
 pub fn fixed_population(engine: &'static str) -> Error {
     Error::Unsupported { engine, what: "particles that come or go during a run".into() }
@@ -213,6 +217,20 @@ pub trait DemEngine: Send {
     /// [`Error::Unsupported`] from an engine without [`next_id`](Self::next_id).
     fn remove(&mut self, _ids: &[u64]) -> Result<()> {
         Err(fixed_population(self.name()))
+    }
+
+    /// Gives the particles other states between two calls of [`advance`](Self::advance). `owned` are those in this rank's block then,
+    /// ascending by id, with the loads of the last step; all ranks together have each particle once. What is remembered of their contacts
+    /// stays. `check` gets the particles of this rank before and after, and fails on every rank or on none; nothing has changed then.
+    /// Collective.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] from an engine of which no states can be set; those of `check`.
+    fn place(&mut self, _: &Comm, _owned: Vec<(Particle, Load)>, _check: Check) -> Result<()> {
+        Err(Error::Unsupported {
+            engine: self.name(),
+            what: "states of particles that the caller sets".into(),
+        })
     }
 
     /// Contacts at the last sub-step.

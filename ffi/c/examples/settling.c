@@ -1,7 +1,7 @@
 /* A DEM of its own drives Turbid as its fluid: spheres settle, hit the floor and come to rest on it and on each other.
  *
- * Contacts are linear springs with dashpots, without friction, of all pairs. A step of the fluid gives the loads for the states that
- * were set last; the DEM then moves the spheres under these loads and their weight, in sub-steps that resolve a contact.
+ * Contacts are those of spheres.h, of all pairs. A step of the fluid gives the loads for the states that were set last; the DEM
+ * then moves the spheres under these loads and their weight, in sub-steps that resolve a contact.
  *
  *   settling [SECONDS]                     three spheres
  *   settling SECONDS CASE.toml [native]    spheres of a case; with `native` the engine of the case moves them, for comparison
@@ -17,109 +17,14 @@
 
 #define _POSIX_C_SOURCE 199309L
 
-#include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "spheres.h"
 #include <time.h>
-#include <turbid.h>
-
-#define SUBSTEPS 20
-
-static const char *CASE =
-    "domain = { size = [4e-3, 4e-3, 6e-3], periodic = [true, true, false] }\n"
-    "fluid = { density = 1000.0, viscosity = 1e-5 }\n"
-    "lattice = { cells_per_diameter = 4, relaxation_time = 0.6 }\n"
-    "run.end.time = 0.2\n"
-    "[[particles]]\n"
-    "shape.sphere.diameter = 1e-3\n"
-    "density = 2500.0\n"
-    "list = [[2e-3, 2e-3, 4e-3], [2.2e-3, 2e-3, 1.5e-3], [2e-3, 2.2e-3, 2.8e-3]]\n";
-
-/* Stiffness (N/m) and damping (N s/m) of a contact. */
-static const double STIFFNESS = 50.0, DAMPING = 5e-3;
-
-/* Ends the program with the message of a call that has failed. */
-static void must(int code) {
-    if (code != TURBID_OK) {
-        fprintf(stderr, "error %d: %s\n", code, turbid_last_error());
-        exit(1);
-    }
-}
 
 /* Seconds of some clock. */
 static double now(void) {
     struct timespec time;
     clock_gettime(CLOCK_MONOTONIC, &time);
     return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
-/* Room for `count` things of `size` bytes. */
-static void *room(size_t count, size_t size) {
-    void *made = calloc(count, size);
-    if (made == NULL) {
-        exit(1);
-    }
-    return made;
-}
-
-/* Adds the contact forces (N) on all spheres. */
-static void contacts(const turbid_particle *p, const turbid_body *body, const turbid_info *info, double force[][3]) {
-    double size[3];
-    for (int k = 0; k < 3; k++) {
-        size[k] = (double)info->cells[k] * info->dx;
-    }
-    for (size_t i = 0; i < info->particles; i++) {
-        for (int k = 0; k < 3; k++) {
-            double low = body[i].radius - p[i].position[k], high = low + 2.0 * p[i].position[k] - size[k];
-            if (info->periodic[k] == 0 && low > 0.0) {
-                force[i][k] += fmax(0.0, STIFFNESS * low - DAMPING * p[i].velocity[k]);
-            } else if (info->periodic[k] == 0 && high > 0.0) {
-                force[i][k] -= fmax(0.0, STIFFNESS * high + DAMPING * p[i].velocity[k]);
-            }
-        }
-        for (size_t j = 0; j < i; j++) {
-            double n[3], distance = 0.0, approach = 0.0, reach = body[i].radius + body[j].radius;
-            for (int k = 0; k < 3; k++) {
-                n[k] = p[i].position[k] - p[j].position[k];
-                if (info->periodic[k]) { /* the nearest image */
-                    n[k] -= size[k] * rint(n[k] / size[k]);
-                }
-                distance += n[k] * n[k];
-            }
-            if (distance >= reach * reach) {
-                continue;
-            }
-            distance = sqrt(distance);
-            for (int k = 0; k < 3; k++) {
-                n[k] /= distance;
-                approach -= n[k] * (p[i].velocity[k] - p[j].velocity[k]);
-            }
-            double push = fmax(0.0, STIFFNESS * (reach - distance) + DAMPING * approach);
-            for (int k = 0; k < 3; k++) {
-                force[i][k] += push * n[k];
-                force[j][k] -= push * n[k];
-            }
-        }
-    }
-}
-
-/* Moves the spheres by a time step under loads that are constant in it, semi-implicitly; `force` has room for all. */
-static void move(turbid_particle *p, const turbid_body *body, const turbid_load *load, const turbid_info *info,
-                 double force[][3]) {
-    double dt = info->time_step / SUBSTEPS;
-    for (int substep = 0; substep < SUBSTEPS; substep++) {
-        memset(force, 0, info->particles * sizeof *force);
-        contacts(p, body, info, force);
-        for (size_t i = 0; i < info->particles; i++) {
-            for (int k = 0; k < 3; k++) {
-                double acceleration = (force[i][k] + load[i].force[k]) / body[i].mass + info->gravity[k];
-                p[i].velocity[k] += dt * acceleration;
-                p[i].position[k] += dt * p[i].velocity[k];
-                p[i].angular_velocity[k] += dt * load[i].torque[k] / body[i].moments[k];
-            }
-        }
-    }
 }
 
 int main(int count, char **arguments) {
@@ -147,7 +52,14 @@ int main(int count, char **arguments) {
         if (!native) {
             double before = now();
             must(turbid_get_loads(fluid, load, spheres));
-            move(particle, body, load, &info, force);
+            for (int substep = 0; substep < SUBSTEPS; substep++) {
+                for (size_t i = 0; i < spheres; i++) {
+                    contacts(i, particle, body, spheres, &info, force[i]);
+                }
+                for (size_t i = 0; i < spheres; i++) {
+                    move(&particle[i], &body[i], force[i], &load[i], &info);
+                }
+            }
             must(turbid_set_particles(fluid, particle, spheres));
             in_dem += now() - before;
         }

@@ -30,7 +30,7 @@ typedef int64_t turbid_handle;
 
 // Sizes and constants of a case.
 typedef struct turbid_info {
-  // Number of particles.
+  // Number of particles, of all processes.
   size_t particles;
   // Number of cells along x, y, z.
   size_t cells[3];
@@ -109,6 +109,32 @@ int32_t turbid_open_file(const char *path,
 // As `turbid_open_file`.
 int32_t turbid_open_text(const char *text, const char *options, int32_t caller_moves, turbid_handle *handle);
 
+// Opens a case from the file at `path` on the processes of a communicator, of which each has a block of the box: `communicator` is its
+// handle of Fortran's, `MPI_Comm_c2f(comm)`. The caller has started MPI by `MPI_Init_thread` with at least `MPI_THREAD_SERIALIZED`, as Turbid
+// calls it from a thread of its own, on a copy of the communicator. Needs a libturbid built with the feature `mpi`.
+//
+// All functions with its handle are collective then, but `turbid_get_info` and `turbid_get_block`: all processes call them, in the same order.
+// Arrays of particles are of those of this process, ascending by id: those that it has set last, or those in its block if it has
+// set none.
+//
+// # Safety
+// As `turbid_open_file`; `communicator` is that of a communicator.
+int32_t turbid_open_comm_file(const char *path,
+                              const char *options,
+                              int32_t caller_moves,
+                              int32_t communicator,
+                              turbid_handle *handle);
+
+// The same for the text of a case.
+//
+// # Safety
+// As `turbid_open_comm_file`.
+int32_t turbid_open_comm_text(const char *text,
+                              const char *options,
+                              int32_t caller_moves,
+                              int32_t communicator,
+                              turbid_handle *handle);
+
 // Frees a simulation. Its handle is invalid from then on.
 int32_t turbid_close(turbid_handle handle);
 
@@ -135,19 +161,36 @@ int32_t turbid_get_time(turbid_handle handle, double *time, uint64_t *steps);
 // `info` is null or points to a `turbid_info`.
 int32_t turbid_get_info(turbid_handle handle, struct turbid_info *info);
 
-// Masses and sizes of all particles, in the order of `turbid_get_particles`. `count` is their number.
+// Number of particles of this process: of all, unless it is one of several on a communicator.
+//
+// # Safety
+// `count` is null or points to a number.
+int32_t turbid_get_count(turbid_handle handle, size_t *count);
+
+// First cell of this process along x, y, z, and the one after the last: of the whole box, unless it is one of several on a communicator.
+//
+// # Safety
+// Each pointer is null or has room for three numbers.
+int32_t turbid_get_block(turbid_handle handle,
+                         size_t *first,
+                         size_t *end);
+
+// Masses and sizes of the particles of this process, in the order of `turbid_get_particles`. `count` is their number.
 //
 // # Safety
 // `bodies` is null or has room for `count` of them.
-int32_t turbid_get_bodies(turbid_handle handle, struct turbid_body *bodies, size_t count);
+int32_t turbid_get_bodies(turbid_handle handle,
+                          struct turbid_body *bodies,
+                          size_t count);
 
-// States of all particles, ascending by id. `count` is their number.
+// States of the particles of this process, ascending by id. `count` is their number.
 //
 // # Safety
 // `particles` is null or has room for `count` of them.
 int32_t turbid_get_particles(turbid_handle handle, struct turbid_particle *particles, size_t count);
 
-// Sets the states of all particles, ascending by id. Positions are wrapped, orientations normalised. The fluid meets them in the
+// Sets the states of all particles, ascending by id; one of several processes on a communicator gives any of them, and has these from then on.
+// Positions are wrapped, orientations normalised. The fluid meets them in the
 // next step. Refused are states that are not finite, that move by more than a cell or half a turn in a step, that overlap others or
 // walls by more than a quarter of the thickness; and, where the caller moves the particles, positions more than a cell from those
 // before the last step, if there was one. On an error nothing has changed.
@@ -158,7 +201,7 @@ int32_t turbid_set_particles(turbid_handle handle,
                              const struct turbid_particle *particles,
                              size_t count);
 
-// Loads of the fluid on all particles in the last step: with buoyancy, without weight. Zeros before the first step.
+// Loads of the fluid on the particles of this process in the last step: with buoyancy, without weight. Zeros before the first step.
 //
 // # Safety
 // `loads` is null or has room for `count` of them.
@@ -175,8 +218,9 @@ int32_t turbid_set_external_loads(turbid_handle handle,
                                   const struct turbid_load *loads,
                                   size_t count);
 
-// Fields of all cells, of which `cells` is the number: `velocity` (m/s, three numbers a cell), `pressure` (Pa above that of the
-// fluid at rest) and `solid_fraction` (-). Cell (x, y, z) is number x + nx (y + ny z). Any of the pointers may be null.
+// Fields of the cells of this process (`turbid_get_block`), of which `cells` is the number: `velocity` (m/s, three numbers a cell), `pressure` (Pa above that of the
+// fluid at rest) and `solid_fraction` (-). Cell (x, y, z), counted from the first one, is number
+// x + nx (y + ny z). Any of the pointers may be null.
 //
 // # Safety
 // Each pointer is null or has room for its numbers: `3 * cells` of `velocity`, `cells` of the others.

@@ -24,12 +24,12 @@ pub const TURBID_FAILED: i32 = 3;
 /// A defect of Turbid; please report it.
 pub const TURBID_PANIC: i32 = 5;
 
-/// Opens a case in `text`, from a file if `is_file`.
+/// Opens a case in `text`, from a file if `is_file`, on the communicator with a handle of Fortran's or on threads.
 unsafe fn open(
-    source: *const c_char,
-    is_file: bool,
+    (source, is_file): (*const c_char, bool),
     options: *const c_char,
     caller_moves: i32,
+    communicator: Option<i32>,
     handle: *mut Handle,
 ) -> i32 {
     guard(|| {
@@ -47,7 +47,11 @@ unsafe fn open(
         if handle.is_null() || !handle.is_aligned() {
             return Err(Failure::argument("handle: a pointer to a turbid_handle is needed"));
         }
-        let session = if caller_moves == 0 { Session::new(setup) } else { Session::caller_driven(setup) };
+        let session = match communicator {
+            Some(handle) => Session::on_communicator(setup, handle, caller_moves != 0),
+            None if caller_moves == 0 => Session::new(setup),
+            None => Session::caller_driven(setup),
+        };
         let number = store(session?);
         // SAFETY: not null, aligned, and the caller vouches for its target.
         unsafe { handle.write(number) };
@@ -69,7 +73,7 @@ pub unsafe extern "C" fn turbid_open_file(
     handle: *mut Handle,
 ) -> i32 {
     // SAFETY: the same contract.
-    unsafe { open(path, true, options, caller_moves, handle) }
+    unsafe { open((path, true), options, caller_moves, None, handle) }
 }
 
 /// The same for the text of a case.
@@ -84,7 +88,45 @@ pub unsafe extern "C" fn turbid_open_text(
     handle: *mut Handle,
 ) -> i32 {
     // SAFETY: the same contract.
-    unsafe { open(text, false, options, caller_moves, handle) }
+    unsafe { open((text, false), options, caller_moves, None, handle) }
+}
+
+/// Opens a case from the file at `path` on the processes of a communicator, of which each has a block of the box: `communicator` is its
+/// handle of Fortran's, `MPI_Comm_c2f(comm)`. The caller has started MPI by `MPI_Init_thread` with at least `MPI_THREAD_SERIALIZED`, as Turbid
+/// calls it from a thread of its own, on a copy of the communicator. Needs a libturbid built with the feature `mpi`.
+///
+/// All functions with its handle are collective then, but `turbid_get_info` and `turbid_get_block`: all processes call them, in the same order.
+/// Arrays of particles are of those of this process, ascending by id: those that it has set last, or those in its block if it has
+/// set none.
+///
+/// # Safety
+/// As `turbid_open_file`; `communicator` is that of a communicator.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn turbid_open_comm_file(
+    path: *const c_char,
+    options: *const c_char,
+    caller_moves: i32,
+    communicator: i32,
+    handle: *mut Handle,
+) -> i32 {
+    // SAFETY: the same contract.
+    unsafe { open((path, true), options, caller_moves, Some(communicator), handle) }
+}
+
+/// The same for the text of a case.
+///
+/// # Safety
+/// As `turbid_open_comm_file`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn turbid_open_comm_text(
+    text: *const c_char,
+    options: *const c_char,
+    caller_moves: i32,
+    communicator: i32,
+    handle: *mut Handle,
+) -> i32 {
+    // SAFETY: the same contract.
+    unsafe { open((text, false), options, caller_moves, Some(communicator), handle) }
 }
 
 /// Frees a simulation. Its handle is invalid from then on.
@@ -141,7 +183,33 @@ pub unsafe extern "C" fn turbid_get_info(handle: Handle, info: *mut Info) -> i32
     guard(|| unsafe { put("info", info, 1, &[Info::of(find(handle)?.setup())], false) })
 }
 
-/// Masses and sizes of all particles, in the order of `turbid_get_particles`. `count` is their number.
+/// Number of particles of this process: of all, unless it is one of several on a communicator.
+///
+/// # Safety
+/// `count` is null or points to a number.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn turbid_get_count(handle: Handle, count: *mut usize) -> i32 {
+    // SAFETY: the same contract.
+    guard(|| unsafe { put("count", count, 1, &[find(handle)?.particles()?.len()], false) })
+}
+
+/// First cell of this process along x, y, z, and the one after the last: of the whole box, unless it is one of several on a communicator.
+///
+/// # Safety
+/// Each pointer is null or has room for three numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn turbid_get_block(handle: Handle, first: *mut usize, end: *mut usize) -> i32 {
+    guard(|| {
+        let block = find(handle)?.block();
+        // SAFETY: the same contract.
+        unsafe {
+            put("first", first, 3, &block.lo, true)?;
+            put("end", end, 3, &block.hi, true)
+        }
+    })
+}
+
+/// Masses and sizes of the particles of this process, in the order of `turbid_get_particles`. `count` is their number.
 ///
 /// # Safety
 /// `bodies` is null or has room for `count` of them.
@@ -150,13 +218,13 @@ pub unsafe extern "C" fn turbid_get_bodies(handle: Handle, bodies: *mut Body, co
     guard(|| {
         let session = find(handle)?;
         let setup = session.setup();
-        let all: Vec<Body> = setup.particles.iter().map(|particle| Body::of(setup, particle)).collect();
+        let all: Vec<Body> = session.particles()?.iter().map(|particle| Body::of(setup, particle)).collect();
         // SAFETY: the same contract.
         unsafe { put("bodies", bodies, count, &all, false) }
     })
 }
 
-/// States of all particles, ascending by id. `count` is their number.
+/// States of the particles of this process, ascending by id. `count` is their number.
 ///
 /// # Safety
 /// `particles` is null or has room for `count` of them.
@@ -169,7 +237,13 @@ pub unsafe extern "C" fn turbid_get_particles(handle: Handle, particles: *mut Pa
     })
 }
 
-/// Sets the states of all particles, ascending by id. Positions are wrapped, orientations normalised. The fluid meets them in the
+/// Number of particles that a process gives: all, or any of them if it is one of several, which all of them check together.
+fn needed(session: &Session, count: usize) -> usize {
+    if session.is_of_several() { count } else { session.setup().particles.len() }
+}
+
+/// Sets the states of all particles, ascending by id; one of several processes on a communicator gives any of them, and has these from then on.
+/// Positions are wrapped, orientations normalised. The fluid meets them in the
 /// next step. Refused are states that are not finite, that move by more than a cell or half a turn in a step, that overlap others or
 /// walls by more than a quarter of the thickness; and, where the caller moves the particles, positions more than a cell from those
 /// before the last step, if there was one. On an error nothing has changed.
@@ -185,12 +259,12 @@ pub unsafe extern "C" fn turbid_set_particles(
     guard(|| {
         let session = find(handle)?;
         // SAFETY: the same contract.
-        let states = unsafe { rows("particles", particles, count, session.setup().particles.len())? };
+        let states = unsafe { rows("particles", particles, count, needed(&session, count))? };
         Ok(session.set_particles(states.iter().map(Particle::state).collect())?)
     })
 }
 
-/// Loads of the fluid on all particles in the last step: with buoyancy, without weight. Zeros before the first step.
+/// Loads of the fluid on the particles of this process in the last step: with buoyancy, without weight. Zeros before the first step.
 ///
 /// # Safety
 /// `loads` is null or has room for `count` of them.
@@ -213,13 +287,14 @@ pub unsafe extern "C" fn turbid_set_external_loads(handle: Handle, loads: *const
     guard(|| {
         let session = find(handle)?;
         // SAFETY: the same contract.
-        let loads = unsafe { rows("loads", loads, count, session.setup().particles.len())? };
+        let loads = unsafe { rows("loads", loads, count, needed(&session, count))? };
         Ok(session.set_external_loads(loads.iter().map(Load::state).collect())?)
     })
 }
 
-/// Fields of all cells, of which `cells` is the number: `velocity` (m/s, three numbers a cell), `pressure` (Pa above that of the
-/// fluid at rest) and `solid_fraction` (-). Cell (x, y, z) is number x + nx (y + ny z). Any of the pointers may be null.
+/// Fields of the cells of this process (`turbid_get_block`), of which `cells` is the number: `velocity` (m/s, three numbers a cell), `pressure` (Pa above that of the
+/// fluid at rest) and `solid_fraction` (-). Cell (x, y, z), counted from the first one, is number
+/// x + nx (y + ny z). Any of the pointers may be null.
 ///
 /// # Safety
 /// Each pointer is null or has room for its numbers: `3 * cells` of `velocity`, `cells` of the others.

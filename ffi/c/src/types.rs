@@ -100,7 +100,7 @@ impl Body {
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct Info {
-    /// Number of particles.
+    /// Number of particles, of all processes.
     pub particles: usize,
     /// Number of cells along x, y, z.
     pub cells: [usize; 3],

@@ -101,6 +101,27 @@ fn a_caller_moves_a_sphere_and_gets_its_load() {
 }
 
 #[test]
+fn a_communicator_before_mpi_is_started_is_an_error() {
+    let (text, mut handle) = (CString::new(CASE).unwrap(), 0);
+    // SAFETY: a text, and a handle to write to.
+    let code = unsafe { turbid_open_comm_text(text.as_ptr(), null(), 1, 0, &raw mut handle) };
+    assert_eq!((code, handle), (TURBID_INPUT, 0));
+    assert!(said().contains("MPI"), "{}", said());
+}
+
+#[test]
+fn a_process_alone_has_all_particles_and_cells() {
+    let (handle, mut count, mut first, mut end) = (open(1), 0, [9; 3], [0; 3]);
+    // SAFETY: numbers to write to.
+    unsafe {
+        assert_eq!(turbid_get_count(handle, &raw mut count), TURBID_OK);
+        assert_eq!(turbid_get_block(handle, first.as_mut_ptr(), end.as_mut_ptr()), TURBID_OK);
+    }
+    assert_eq!((count, first, end), (1, [0; 3], [16; 3]));
+    assert_eq!(turbid_close(handle), TURBID_OK);
+}
+
+#[test]
 fn what_would_be_ignored_or_never_end_is_an_error() {
     let handle = open(1);
     let load = Load { force: [0.0; 3], torque: [0.0; 3] };

@@ -14,8 +14,8 @@ static SLOT: Mutex<Slot> = Mutex::new(Slot::Empty);
 enum Slot {
     /// Not started.
     Empty,
-    /// Ready, cleared.
-    Ready(Handle),
+    /// Ready, cleared, and the communicator that it belongs to.
+    Ready(Handle, Option<i32>),
     /// In use, or left behind by an error.
     Taken,
 }
@@ -35,7 +35,7 @@ pub fn end() {
     match std::mem::replace(&mut *slot, Slot::Taken) {
         Slot::Empty => return,
         // SAFETY: nobody else has the instance, and it is not used after this.
-        Slot::Ready(handle) => unsafe { ffi::lgg_close(handle.0) },
+        Slot::Ready(handle, _) => unsafe { ffi::lgg_close(handle.0) },
         Slot::Taken => {}
     }
     // SAFETY: nothing calls MPI after this.
@@ -44,7 +44,7 @@ pub fn end() {
 
 /// An instance of LIGGGHTS; returns to the slot, cleared, when dropped, unless an error has broken it.
 #[derive(Debug)]
-pub(crate) struct Instance(Handle);
+pub(crate) struct Instance(Handle, Option<i32>);
 
 /// Arrays of the atoms, in LIGGGHTS's order.
 pub(super) struct Arrays<'a> {
@@ -66,23 +66,29 @@ impl Drop for Instance {
     fn drop(&mut self) {
         let cleared = self.command("log none").and_then(|()| self.command("clear"));
         if let (Ok(()), Ok(mut slot)) = (cleared, SLOT.lock()) {
-            *slot = Slot::Ready(self.0);
+            *slot = Slot::Ready(self.0, self.1);
         }
     }
 }
 
 impl Instance {
-    /// The one of this process; its first call says whether it belongs to a communicator of several processes (a handle of Fortran's).
+    /// The one of this process, which belongs to the communicator of several processes (a handle of Fortran's) of the first call, or to
+    /// none.
     pub(super) fn take(communicator: Option<i32>) -> Outcome<Self> {
         let mut slot = SLOT.lock().map_err(|e| e.to_string())?;
         match std::mem::replace(&mut *slot, Slot::Taken) {
-            Slot::Ready(handle) => Ok(Self(handle)),
+            Slot::Ready(handle, own) if own == communicator => Ok(Self(handle, own)),
+            Slot::Ready(handle, own) => {
+                *slot = Slot::Ready(handle, own);
+                Err("this process has one LIGGGHTS, and it belongs to another communicator; process = \"worker\" has no such limit"
+                    .to_owned())
+            }
             Slot::Empty => {
                 let mut instance = ptr::null_mut();
-                let communicator = communicator.as_ref().map_or(ptr::null(), ptr::from_ref);
+                let of = communicator.as_ref().map_or(ptr::null(), ptr::from_ref);
                 // SAFETY: the path is a C string, the communicator null or a handle, and `instance` is where the pointer goes.
-                check(unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), communicator, &raw mut instance) })?;
-                Ok(Self(Handle(instance)))
+                check(unsafe { ffi::lgg_open(c"/dev/null".as_ptr(), of, &raw mut instance) })?;
+                Ok(Self(Handle(instance), communicator))
             }
             Slot::Taken => {
                 Err("this process has one LIGGGHTS, and it is in use, or an error has broken it; \

@@ -79,7 +79,7 @@ fn loads_of(rows: &[u8]) -> Vec<Load> {
     rows.into_iter().map(|[force, torque]| Load { force: force.into(), torque: torque.into() }).collect()
 }
 
-/// A simulation on threads of its own.
+/// A simulation on threads of its own, or on the processes of a communicator with a handle of Fortran's.
 #[pyclass(frozen, module = "turbid._turbid")]
 struct Session(simulation::Session);
 
@@ -93,10 +93,15 @@ impl Session {
         options: Vec<String>,
         threads: Option<usize>,
         caller_driven: bool,
+        communicator: Option<i32>,
     ) -> PyResult<Self> {
         let setup = setup(py, (form, text), options, threads)?;
-        let open = if caller_driven { simulation::Session::caller_driven } else { simulation::Session::new };
-        without_lock(py, || open(setup)).map(Self)
+        without_lock(py, || match communicator {
+            Some(handle) => simulation::Session::on_communicator(setup, handle, caller_driven),
+            None if caller_driven => simulation::Session::caller_driven(setup),
+            None => simulation::Session::new(setup),
+        })
+        .map(Self)
     }
 
     /// Advances by steps; handlers of signals run between them.
@@ -187,6 +192,13 @@ impl Session {
     #[getter]
     fn cells(&self) -> [usize; 3] {
         self.0.setup().domain.cells
+    }
+
+    /// First cell of this process along x, y, z, and the one after the last.
+    #[getter]
+    fn block(&self) -> ([usize; 3], [usize; 3]) {
+        let block = self.0.block();
+        (block.lo, block.hi)
     }
 
     #[getter]

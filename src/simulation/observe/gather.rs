@@ -112,18 +112,6 @@ struct Loaded {
     torque: [f64; 3],
 }
 
-/// The [loads](Simulation::loads) of each of `particles`, those of all ranks, ascending by id; zeros where there is none, nothing without a
-/// fluid. On rank 0. Collective.
-pub(in crate::simulation) fn loads(simulation: &Simulation, particles: &[Particle]) -> Option<Vec<Load>> {
-    simulation.system.as_ref()?;
-    let known = gathered_loads(simulation, simulation.loads());
-    let of = |particle: &Particle| match known.binary_search_by_key(&particle.id, |(id, _)| *id) {
-        Ok(at) => known[at].1,
-        Err(_) => Load::default(),
-    };
-    Some(particles.iter().map(of).collect())
-}
-
 /// These loads of all ranks with their ids, ascending, on rank 0; nothing elsewhere. Collective.
 fn gathered_loads(simulation: &Simulation, own: impl Iterator<Item = (u64, Load)>) -> Vec<(u64, Load)> {
     let loaded =

@@ -1,9 +1,11 @@
-//! Ranks that are MPI processes, started by `mpirun`, `srun` or the like.
+//! Ranks that are MPI processes: those of a job of this program, started by `mpirun`, `srun` or the like, or those of a
+//! communicator of a program that has started MPI itself.
 //!
-//! MPI is initialised only under such a launcher: alone it would cost a third of a second and start a daemon.
+//! MPI is initialised only under a launcher: alone it would cost a third of a second and start a daemon.
 //! Patterns of messages are persistent requests; everything else is a few collectives and one message for each
 //! neighbour. One thread at a time calls MPI: the one that has the [`MpiComm`]. MPI runs from the first of them to
-//! the exit of the process, since it cannot be started twice.
+//! the exit of the process, since it cannot be started twice; a communicator of another program is copied, and MPI is that
+//! program's to end.
 //!
 //! A rank that panics aborts all, because the others would wait for it for ever.
 
@@ -11,20 +13,22 @@ mod pattern;
 
 use super::traffic::Counters;
 use super::{Pattern, Routed, Transport};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use ::mpi::collective::SystemOperation;
-use ::mpi::environment::Threading;
+use ::mpi::environment::{self, Threading};
 use ::mpi::ffi;
 use ::mpi::request::multiple_scope;
 use ::mpi::topology::SimpleCommunicator;
-use ::mpi::traits::{Communicator, CommunicatorCollectives, Destination, Root, Source};
+use ::mpi::traits::{AsRaw, Communicator, CommunicatorCollectives, Destination, FromRaw, Root, Source};
 use bytemuck::Pod;
 use pattern::MpiPattern;
 use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::mem::ManuallyDrop;
 use std::os::raw::c_int;
 use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Once, OnceLock};
+use std::sync::{Arc, Mutex, Once, PoisonError};
 
 /// Exit code of all ranks after the panic of one.
 const PANICKED: c_int = 101;
@@ -46,7 +50,7 @@ static AT_WORK: AtomicBool = AtomicBool::new(false);
 /// True once this process has told MPI to abort.
 static ABORTED: AtomicBool = AtomicBool::new(false);
 
-/// The right to call MPI, until the last communicator and pattern of a run are gone.
+/// The right to use the communicator of all processes, until the last communicator and pattern of a run are gone.
 struct Turn;
 
 impl Turn {
@@ -65,9 +69,71 @@ impl Drop for Turn {
     }
 }
 
+/// A communicator, until the last [`MpiComm`] and pattern of a run are gone.
+struct Ranks {
+    /// That of all processes, or a copy of a caller's.
+    communicator: ManuallyDrop<SimpleCommunicator>,
+    /// Handle of Fortran's of the communicator that it is, or of which it is a copy.
+    named: i32,
+    /// With that of all processes.
+    _turn: Option<Turn>,
+}
+
+// SAFETY: MPI lets any thread use a handle; that one does at a time is the business of whoever has the `MpiComm`.
+unsafe impl Send for Ranks {}
+// SAFETY: as above.
+unsafe impl Sync for Ranks {}
+
+impl Ranks {
+    /// Those of the job.
+    fn world() -> Self {
+        let turn = Turn::take();
+        START.call_once(initialise);
+        // SAFETY: MPI runs.
+        let named = unsafe { ffi::MPI_Comm_c2f(ffi::RSMPI_COMM_WORLD) };
+        Self { communicator: ManuallyDrop::new(SimpleCommunicator::world()), named, _turn: Some(turn) }
+    }
+
+    /// A copy of the communicator with this handle of Fortran's. Collective.
+    fn copy_of(handle: i32) -> Result<Self> {
+        let refuse = |what: &str| Err(Error::Input(format!("communicator {handle}: {what}")));
+        if !environment::is_initialized() || environment::is_finalized() {
+            return refuse("MPI does not run; start it with MPI_Init_thread first");
+        }
+        if environment::threading_support() < Threading::Serialized {
+            return refuse(
+                "Turbid calls MPI from a thread of its own, and MPI was started for one thread alone; start it with \
+                 MPI_Init_thread and MPI_THREAD_SERIALIZED",
+            );
+        }
+        // SAFETY: MPI runs; a handle that is none is an error of the caller's, which MPI reports in its own way.
+        let copy = unsafe {
+            let caller = ffi::MPI_Comm_f2c(handle);
+            if caller == ffi::RSMPI_COMM_NULL {
+                return refuse("it is the null communicator");
+            }
+            let mut copy = ffi::RSMPI_COMM_NULL;
+            ffi::MPI_Comm_dup(caller, &raw mut copy);
+            // As in a job of its own: the caller's may return errors.
+            ffi::MPI_Comm_set_errhandler(copy, ffi::RSMPI_ERRORS_ARE_FATAL);
+            SimpleCommunicator::from_raw(copy)
+        };
+        Ok(Self { communicator: ManuallyDrop::new(copy), named: handle, _turn: None })
+    }
+}
+
+impl Drop for Ranks {
+    fn drop(&mut self) {
+        if !environment::is_finalized() {
+            // SAFETY: it is not used after this.
+            unsafe { ManuallyDrop::drop(&mut self.communicator) };
+        }
+    }
+}
+
 /// One of several ranks that are processes of an MPI job.
 pub struct MpiComm {
-    turn: Arc<Turn>,
+    ranks: Arc<Ranks>,
     rank: usize,
     size: usize,
     plans: Cell<c_int>,
@@ -80,11 +146,6 @@ fn count(length: usize) -> c_int {
     c_int::try_from(length).expect("a message of less than 2 GiB")
 }
 
-/// The communicator of all ranks; who has an [`MpiComm`] knows that MPI runs.
-fn ranks() -> SimpleCommunicator {
-    SimpleCommunicator::world()
-}
-
 impl MpiComm {
     /// The ranks of the job this process is one of. Their first call starts MPI, the exit of the process ends it.
     /// Collective.
@@ -92,16 +153,31 @@ impl MpiComm {
     /// # Panics
     /// If the communicator or a pattern of an earlier call is alive, or if others in this process have started MPI.
     pub fn world() -> Self {
-        let turn = Arc::new(Turn::take());
-        START.call_once(initialise);
+        Self::of(Ranks::world())
+    }
+
+    /// The ranks of a communicator of a program that has started MPI, given by its handle of Fortran's: a copy, until this one and its
+    /// patterns are gone. Collective.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if MPI does not run, or for one thread alone, or if there is no such communicator.
+    pub fn of_caller(handle: i32) -> Result<Self> {
+        Ranks::copy_of(handle).map(Self::of)
+    }
+
+    fn of(ranks: Ranks) -> Self {
         Self {
-            turn,
-            rank: ranks().rank() as usize,
-            size: ranks().size() as usize,
+            rank: ranks.communicator.rank() as usize,
+            size: ranks.communicator.size() as usize,
+            ranks: Arc::new(ranks),
             plans: Cell::new(ROUTE),
             counters: Arc::default(),
             limit: MOST,
         }
+    }
+
+    fn ranks(&self) -> &SimpleCommunicator {
+        &self.ranks.communicator
     }
 
     /// The same with less in one call of MPI, to try what large amounts do; equal on all ranks.
@@ -113,7 +189,7 @@ impl MpiComm {
     /// Another handle for collectives of the same ranks, for the same thread. Only one of both may make patterns.
     #[must_use]
     pub fn twin(&self) -> Self {
-        Self { turn: self.turn.clone(), plans: Cell::new(ROUTE), counters: self.counters.clone(), ..*self }
+        Self { ranks: self.ranks.clone(), plans: Cell::new(ROUTE), counters: self.counters.clone(), ..*self }
     }
 
     /// Number of this rank, as MPI has it.
@@ -129,19 +205,18 @@ impl MpiComm {
     /// Number of bytes of each rank.
     fn lengths(&self, bytes: &[u8]) -> Vec<usize> {
         let mut lengths = vec![0_u64; self.size];
-        ranks().all_gather_into(&(bytes.len() as u64), &mut lengths);
+        self.ranks().all_gather_into(&(bytes.len() as u64), &mut lengths);
         lengths.into_iter().map(|length| length as usize).collect()
     }
 
     /// A copy of the communicator, as a handle of Fortran's: one for all libraries of this process.
-    #[allow(clippy::unused_self, reason = "who has it knows that MPI runs")]
     pub(super) fn duplicate(&self) -> i32 {
-        static COPY: OnceLock<i32> = OnceLock::new();
-        *COPY.get_or_init(|| {
+        static COPIES: Mutex<BTreeMap<i32, i32>> = Mutex::new(BTreeMap::new());
+        *COPIES.lock().unwrap_or_else(PoisonError::into_inner).entry(self.ranks.named).or_insert_with(|| {
             let mut copy = std::mem::MaybeUninit::uninit();
             // SAFETY: MPI runs, every rank calls this, and the copy is where it goes.
             unsafe {
-                ffi::MPI_Comm_dup(ffi::RSMPI_COMM_WORLD, copy.as_mut_ptr());
+                ffi::MPI_Comm_dup(self.ranks().as_raw(), copy.as_mut_ptr());
                 ffi::MPI_Comm_c2f(copy.assume_init())
             }
         })
@@ -171,17 +246,17 @@ impl Transport for MpiComm {
     }
 
     fn barrier(&self) {
-        ranks().barrier();
+        self.ranks().barrier();
     }
 
     fn sum(&self, values: &mut [i64]) {
         // Unsigned integers wrap.
         let values: &mut [u64] = bytemuck::cast_slice_mut(values);
-        ranks().all_reduce_into(&values.to_vec(), values, SystemOperation::sum());
+        self.ranks().all_reduce_into(&values.to_vec(), values, SystemOperation::sum());
     }
 
     fn max(&self, values: &mut [f64]) {
-        ranks().all_reduce_into(&values.to_vec(), values, SystemOperation::max());
+        self.ranks().all_reduce_into(&values.to_vec(), values, SystemOperation::max());
     }
 
     /// Rank 0 gathers the bytes and shows them to all, piece by piece.
@@ -190,7 +265,7 @@ impl Transport for MpiComm {
         let mut all = self.gather(bytes).concat();
         all.resize(lengths.iter().sum(), 0);
         for piece in all.chunks_mut(self.limit) {
-            ranks().process_at_rank(0).broadcast_into(piece);
+            self.ranks().process_at_rank(0).broadcast_into(piece);
         }
         let mut rest = &all[..];
         let part = |length| rest.split_off(..length).expect("a sum of all lengths").to_vec();
@@ -202,7 +277,7 @@ impl Transport for MpiComm {
         let lengths = self.lengths(&bytes);
         if self.rank > 0 {
             for piece in bytes.chunks(self.limit) {
-                ranks().process_at_rank(0).send_with_tag(piece, POST);
+                self.ranks().process_at_rank(0).send_with_tag(piece, POST);
             }
             return Vec::new();
         }
@@ -210,7 +285,7 @@ impl Transport for MpiComm {
         for (peer, &length) in lengths.iter().enumerate().skip(1) {
             let mut part = Vec::with_capacity(length);
             while part.len() < length {
-                part.extend(receive(peer));
+                part.extend(receive(self.ranks(), peer));
             }
             all.push(part);
         }
@@ -218,20 +293,20 @@ impl Transport for MpiComm {
     }
 
     fn exchange(&self, peers: &[usize], messages: Vec<Vec<u8>>) -> Vec<Vec<u8>> {
-        let ranks = ranks();
+        let ranks = self.ranks();
         multiple_scope(peers.len(), |scope, requests| {
             for (&peer, message) in peers.iter().zip(&messages) {
                 let peer = ranks.process_at_rank(count(peer));
                 requests.add(peer.immediate_send_with_tag(scope, &message[..], POST));
             }
-            let received = peers.iter().map(|&peer| receive(peer)).collect();
+            let received = peers.iter().map(|&peer| receive(self.ranks(), peer)).collect();
             requests.wait_all(&mut Vec::new());
             received
         })
     }
 
     fn route(&self, messages: Vec<Routed>) -> Vec<Routed> {
-        let (ranks, mut due, mut received) = (ranks(), 0_u64, Vec::new());
+        let (ranks, mut due, mut received) = (self.ranks(), 0_u64, Vec::new());
         let mut sent = vec![0_u64; self.size];
         for &(to, _) in &messages {
             sent[to] = 1;
@@ -254,8 +329,8 @@ impl Transport for MpiComm {
 }
 
 /// The next message of a peer, of any length.
-fn receive(peer: usize) -> Vec<u8> {
-    ranks().process_at_rank(count(peer)).receive_vec_with_tag(POST).0
+fn receive(ranks: &SimpleCommunicator, peer: usize) -> Vec<u8> {
+    ranks.process_at_rank(count(peer)).receive_vec_with_tag(POST).0
 }
 
 /// Starts MPI, to be ended at the exit of this process, or of all processes when this one panics.

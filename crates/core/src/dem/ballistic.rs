@@ -6,7 +6,7 @@ use super::exchange::LocalParticles;
 use super::native::face_passed;
 use super::native::failures::outside;
 use super::saved::Saved;
-use super::{ContactState, ContactSummary, DemEngine, Load, integrator};
+use super::{Check, ContactState, ContactSummary, DemEngine, Load, integrator};
 use crate::comm::Comm;
 use crate::domain::Decomposition;
 use crate::error::Result;
@@ -88,6 +88,13 @@ impl DemEngine for Ballistic {
 
     fn remove(&mut self, ids: &[u64]) -> Result<()> {
         self.local.remove(&self.near, ids);
+        Ok(())
+    }
+
+    fn place(&mut self, comm: &Comm, owned: Vec<(Particle, Load)>, check: Check) -> Result<()> {
+        let placed = self.local.placed(&self.near, comm, owned);
+        check([&self.local, &placed])?;
+        self.local = placed;
         Ok(())
     }
 

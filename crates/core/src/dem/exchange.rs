@@ -116,6 +116,15 @@ impl LocalParticles {
         self.arrangement += 1;
     }
 
+    /// The same with other owned particles, of this rank's block, and the ghosts that belong to those of all ranks. Collective.
+    #[must_use]
+    pub fn placed(&self, near: &GhostLayer, comm: &Comm, owned: Vec<(Particle, Load)>) -> Self {
+        let mut placed = self.clone();
+        placed.set_owned(near.rank, owned);
+        placed.refresh(near, comm);
+        placed
+    }
+
     /// After the owned particles have moved (by less than a cell) and been wrapped: hands those that left the block to
     /// their new owners, with their loads, and replaces all ghosts. One message per peer. Collective.
     pub fn refresh(&mut self, near: &GhostLayer, comm: &Comm) {

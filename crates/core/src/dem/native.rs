@@ -71,7 +71,7 @@ use super::facets::Facets;
 use super::history::{History, Records};
 use super::integrator::{self, Inertia, Motion};
 use super::saved::Saved;
-use super::{ContactKey, ContactState, ContactSummary, DemEngine, Load};
+use super::{Check, ContactKey, ContactState, ContactSummary, DemEngine, Load};
 use crate::comm::Comm;
 use crate::contact::{ContactModel, NeighbourList, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
@@ -268,12 +268,18 @@ impl Native {
         let moved = self.integrate(dt);
         let ContactContext { near, local, substep, .. } = &mut self.context;
         local.refresh(near, comm);
+        *substep += 1;
+        self.follow(comm, before.as_ref());
+        evaluated.and(moved)
+    }
+
+    /// Lets the histories of contacts follow particles that have moved, which were at `before` in a narrow box. Collective.
+    fn follow(&mut self, comm: &Comm, before: Option<&BTreeMap<u64, Vec3>>) {
+        let ContactContext { near, local, .. } = &self.context;
         if let Some(before) = before {
-            self.forces.rename(|key| followed(key, &near.decomposition().domain, &before, local));
+            self.forces.rename(|key| followed(key, &near.decomposition().domain, before, local));
         }
         self.forces.history.hand_over(comm, &near.peers, |key| evaluating_rank_of(key, near, local));
-        *substep += 1;
-        evaluated.and(moved)
     }
 
     /// Forces of the contacts and films that this rank evaluates, at the current positions. Collective.
@@ -442,6 +448,16 @@ impl DemEngine for Native {
             |key: &ContactKey| [key.first, key.second].iter().all(|id| ids.binary_search(id).is_err());
         self.forces.history.retain(stays);
         self.forces.states.retain(|state| stays(&state.key()));
+        Ok(())
+    }
+
+    fn place(&mut self, comm: &Comm, owned: Vec<(Particle, Load)>, check: Check) -> Result<()> {
+        let ContactContext { near, local, .. } = &self.context;
+        let placed = local.placed(near, comm, owned);
+        check([local, &placed])?;
+        let before = self.context.is_narrow.then(|| self.touching());
+        self.context.local = placed;
+        self.follow(comm, before.as_ref());
         Ok(())
     }
 

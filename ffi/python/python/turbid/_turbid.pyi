@@ -22,6 +22,7 @@ class Session:
         options: List[str],
         threads: Optional[int],
         caller_driven: bool,
+        communicator: Optional[int],
     ) -> "Session": ...
     def advance(self, count: int) -> None: ...
     def check_process(self) -> None: ...
@@ -39,6 +40,7 @@ class Session:
     time_step: float
     end_step: int
     cells: List[int]
+    block: Tuple[List[int], List[int]]
     has_fluid: bool
     dx: float
     periodic: List[bool]

@@ -38,7 +38,7 @@ ExternalLoad = Callable[[float, np.recarray], Any]
 
 
 class Fields(NamedTuple):
-    """The fluid on the cells of the box; arrays of ``float32`` that share no memory with the simulation."""
+    """The fluid on the cells of the box, or with a communicator of the block of this process; arrays of ``float32`` that share no memory with the simulation."""
 
     velocity: np.ndarray
     """Velocity (m/s), shape (nx, ny, nz, 3); in a particle or a wall that of its motion."""
@@ -104,6 +104,10 @@ class Simulation:
     :param threads: number of ranks, each a thread; by default that of the case, else all cores. Results do not depend on it.
     :param engine: moves the particles in place of the engine of the case: a function (:data:`Engine`), or ``"caller"`` if the
         caller sets :attr:`particles` after each step. Contacts, gravity and prescribed motions are then its business.
+    :param comm: communicator of ``mpi4py``, of whose processes each is a rank, in place of ``threads``. All methods and properties but those
+        of the case are collective then: every process uses them, in the same order. Particles, loads and masses are those of this process: those that it
+        has set last, wherever they are, or, if it has set none, those in its :attr:`block` now. A process sets any of the particles,
+        each by one process. Needs a package that was built with the feature ``mpi``.
 
     Several threads may use one simulation: a step is made whole, with its engine and load functions, before another thread gets the
     state or makes the next step. So these functions must not wait for threads that do. In a forked process a simulation of its
@@ -135,11 +139,16 @@ class Simulation:
         options: Iterable[str] = (),
         threads: Optional[int] = None,
         engine: Union[None, str, Engine] = None,
+        comm: Any = None,
     ) -> None:
         if not (engine is None or engine == "caller" or callable(engine)):
             raise ValueError(f'engine: expected None, "caller" or a function, got {engine!r}')
+        if comm is not None and threads is not None:
+            raise ValueError("threads: the processes of the communicator are the ranks")
         form, text = split_case(case)
-        self._session = _turbid.Session(form, text, list(options), threads, engine is not None)
+        handle = None if comm is None else comm.py2f()
+        self._session = _turbid.Session(form, text, list(options), threads, engine is not None, handle)
+        self._comm = comm
         self._is_driven = engine is not None
         self._engine = engine if callable(engine) else None
         self._lock = threading.RLock()
@@ -148,7 +157,13 @@ class Simulation:
         self._external: Optional[ExternalLoad] = None
         kinds = self._session.kinds()
         self._of_kind = [np.array([kind[at] for kind in kinds], dtype=float) for at in range(5)]
-        self._kind = self.particles["kind"].astype(int)
+        self._all_kinds = None if comm is not None else self.particles["kind"].astype(int)
+
+    @property
+    @_alone
+    def _kind(self) -> np.ndarray:
+        """The kind of each particle."""
+        return self.particles["kind"].astype(int) if self._all_kinds is None else self._all_kinds
 
     def step(self, count: int = 1) -> None:
         """Advances by ``count`` time steps. Ctrl-C ends it between two steps; other threads of Python run meanwhile.
@@ -257,6 +272,12 @@ class Simulation:
         return np.array(self._session.cells) * self.dx
 
     @property
+    def block(self) -> "tuple[tuple[int, int, int], tuple[int, int, int]]":
+        """First cell of this process along x, y, z, and the one after the last: of the whole box without a communicator."""
+        (x, y, z), (u, v, w) = self._session.block
+        return (x, y, z), (u, v, w)
+
+    @property
     def periodic(self) -> "tuple[bool, bool, bool]":
         """Whether the box is periodic along x, y, z."""
         x, y, z = self._session.periodic
@@ -280,7 +301,7 @@ class Simulation:
     @property
     @_alone
     def particles(self) -> np.recarray:
-        """All particles (:data:`PARTICLE`), shape (n,): ``simulation.particles.position[:, 2]`` are heights (m).
+        """The particles (:data:`PARTICLE`), shape (n,): ``simulation.particles.position[:, 2]`` are heights (m).
 
         To be set with position, orientation, velocity and angular velocity of all particles; what else is in it follows. Bodies that
         overlap others, with which they do not move as one, or walls by more than a quarter of their thickness are refused, and so are
@@ -291,7 +312,8 @@ class Simulation:
     @particles.setter
     @_alone
     def particles(self, states: np.ndarray) -> None:
-        count = len(self._kind)
+        # Several processes check together that they give all of them.
+        count = len(self._kind) if self._comm is None else len(states)
         rows = _checked("particles", states, (count,), PARTICLE).tobytes()
         # First, so that a signal after the call leaves no move to be made twice.
         before, self._before = self._before, None
@@ -334,10 +356,12 @@ class Simulation:
 
     @_alone
     def fields(self) -> Fields:
-        """The :class:`Fields` of the whole box as they are now. Raises ``ValueError`` without a fluid."""
+        """The :class:`Fields` of the cells in :attr:`block`, those of the whole box without a communicator, as they are now. Raises
+        ``ValueError`` without a fluid."""
         if not self._session.has_fluid:
             raise ValueError("fields: the case has no fluid")
-        x, y, z = self.cells
+        first, end = self.block
+        x, y, z = (high - low for low, high in zip(first, end))
         # In memory x varies fastest: the arrays are views of it with their axes turned round.
         velocity, pressure, solid = (np.frombuffer(data, dtype=np.float32) for data in self._session.fields())
         return Fields(

@@ -1,9 +1,10 @@
 //! Patterns of messages as persistent requests of MPI.
 
-use super::{MpiComm, Turn, count};
+use super::{MpiComm, Ranks, count};
 use crate::comm::{Pattern, buffers};
 use crate::error::Result;
-use ::mpi::ffi;
+use ::mpi::traits::AsRaw;
+use ::mpi::{environment, ffi};
 use bytemuck::Pod;
 use std::os::raw::c_int;
 use std::sync::Arc;
@@ -29,10 +30,10 @@ pub(super) struct MpiPattern<T> {
     incoming: Vec<Vec<T>>,
     requests: Vec<ffi::MPI_Request>,
     /// Ends after the requests.
-    _turn: Arc<Turn>,
+    _ranks: Arc<Ranks>,
 }
 
-// SAFETY: the requests name buffers that move with them; whoever has them has the turn to call MPI.
+// SAFETY: the requests name buffers that move with them; whoever has them may call MPI.
 unsafe impl<T: Send> Send for MpiPattern<T> {}
 
 impl<T: Pod> MpiPattern<T> {
@@ -51,7 +52,7 @@ impl<T: Pod> MpiPattern<T> {
                     ffi::RSMPI_UINT8_T,
                     count(peer),
                     plan,
-                    ffi::RSMPI_COMM_WORLD,
+                    comm.ranks().as_raw(),
                     &raw mut receives[link],
                 ));
                 done(ffi::MPI_Send_init(
@@ -60,12 +61,12 @@ impl<T: Pod> MpiPattern<T> {
                     ffi::RSMPI_UINT8_T,
                     count(peer),
                     plan,
-                    ffi::RSMPI_COMM_WORLD,
+                    comm.ranks().as_raw(),
                     &raw mut sends[link],
                 ));
             }
         }
-        Ok(Self { outgoing, incoming, requests, _turn: comm.turn.clone() })
+        Ok(Self { outgoing, incoming, requests, _ranks: comm.ranks.clone() })
     }
 }
 
@@ -105,10 +106,14 @@ impl<T: Pod + Send> Pattern<T> for MpiPattern<T> {
 
 impl<T> Drop for MpiPattern<T> {
     fn drop(&mut self) {
+        // A caller may have ended MPI, and with it the requests.
+        if environment::is_finalized() {
+            return;
+        }
         // Returns at once for requests that are not under way.
         wait_all(&mut self.requests);
         for request in &mut self.requests {
-            // SAFETY: a complete persistent request, freed once, while MPI runs: it ends with the process.
+            // SAFETY: a complete persistent request, freed once, while MPI runs.
             unsafe { ffi::MPI_Request_free(request) };
         }
     }
