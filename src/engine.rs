@@ -35,6 +35,17 @@ impl EngineChoice {
     }
 }
 
+impl EngineChoice {
+    /// True if an engine outside of Turbid has its particles in several processes, where ranks are processes too.
+    pub fn is_in_parts(&self) -> bool {
+        match self {
+            Self::Native => false,
+            Self::Liggghts(options) => options.process == LiggghtsProcess::Own,
+            Self::Process(options) => options.processes > 1,
+        }
+    }
+}
+
 /// A program that moves the particles.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ProcessOptions {

@@ -104,11 +104,8 @@ impl<'a> Work<'a> {
 
     /// Cost of a particle on its owner and on each rank that has it as a ghost (s).
     fn particle(&self) -> f64 {
-        match self.setup.engine {
-            EngineChoice::Native => costs::PARTICLE * f64::from(self.setup.substeps),
-            // Rank 0 moves them all.
-            EngineChoice::Liggghts(_) | EngineChoice::Process(_) => 0.0,
-        }
+        // Else rank 0 moves them all.
+        if is_shared(&self.setup.engine) { costs::PARTICLE * f64::from(self.setup.substeps) } else { 0.0 }
     }
 
     /// Bytes of a population.
@@ -230,9 +227,14 @@ impl Body {
     }
 }
 
+/// True if every rank moves particles. An engine in parts takes about as long as the native one.
+fn is_shared(engine: &EngineChoice) -> bool {
+    *engine == EngineChoice::Native || engine.is_in_parts()
+}
+
 /// Pairs of particles, and of particles and walls, that are near each other.
 fn contacts(setup: &Setup, bodies: &[Body]) -> Vec<Contact> {
-    let (Some(model), EngineChoice::Native) = (&setup.contact, &setup.engine) else {
+    let Some(model) = setup.contact.as_ref().filter(|_| is_shared(&setup.engine)) else {
         return Vec::new();
     };
     let forms: Vec<Form> = setup.templates.iter().map(Form::of).collect();

@@ -133,6 +133,9 @@ struct Partial {
 }
 
 impl Coupling {
+    /// Bytes of the partial sum of a particle that reaches into another block.
+    pub const PARTIAL: usize = size_of::<Partial>();
+
     /// For the block of `rank`; `max_circumradius` (m) of all particles limits which particles can touch.
     pub fn new(
         params: CouplingParams,

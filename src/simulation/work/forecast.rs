@@ -2,28 +2,39 @@
 //!
 //! ```text
 //! time of a rank = work + c_message messages + c_byte bytes + 2 log2(ranks) c_message / 8
+//!                + external engine: 2 (log2(ranks) c_message + 8 ranks c_byte) + 2 s log2(ranks) c_message
 //! efficiency     = work on one rank / (ranks x longest time of a rank)
 //! ```
 //!
-//! The last term is the global reduction of every eighth step. The work of a rank includes ghosts and the packing of faces. Messages do
+//! The fourth term is the global reduction of every eighth step. Behind an external engine each step has two messages whose receivers do not
+//! know the senders, which costs a sum over all ranks of a number for each, and s = 5 small sums. The work of a rank includes ghosts and the packing of faces. Messages do
 //! not hide behind work here, so the efficiency is a lower bound.
 
 use super::{Work, costs};
-use crate::coupling::CONTROL_INTERVAL;
+use crate::coupling::{CONTROL_INTERVAL, Coupling};
 use crate::dem::assign::GhostLayer;
 use crate::domain::Decomposition;
-use crate::engine::EngineChoice;
+use crate::engine::{EngineChoice, LiggghtsProcess};
 use crate::fluid::CHUNK;
 use crate::lattice::C;
+use crate::math::Vec3;
 use crate::particle::Particle;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Bytes of a particle on its way, with its load.
 const PARTICLE: usize = size_of::<Particle>() + size_of::<[f64; 6]>();
-/// Bytes of a part of the momentum exchange of a particle.
-const PARTIAL: usize = 56;
+/// Bytes of a load on its way to a part of an external engine, and of a state on its way back.
+const APPLIED: usize = 56;
+/// See [`APPLIED`].
+const STATE: usize = 208;
+/// Sums over all ranks in a step of an external engine.
+const SUMS: f64 = 5.0;
+/// Bytes of a part of the momentum exchange of a particle, and of its mean load.
+const PARTIAL: usize = Coupling::PARTIAL;
 /// Bytes of the force of a contact on a particle.
 const PAIR_FORCE: usize = 64;
+/// Least number of cells, estimated, that a body covers in a block for there to be one.
+const LEAST: f64 = 5.0;
 /// Points per axis at which the walls in a block are sampled.
 const POINTS: usize = 16;
 
@@ -68,10 +79,14 @@ impl RankForecast {
         self.sends.values().map(|to| to.halo + to.particles).sum()
     }
 
+    /// Messages sent.
+    pub fn messages(&self) -> usize {
+        self.sends.values().map(|to| to.messages).sum()
+    }
+
     /// Time (s) with messages, less global reductions.
     pub fn time(&self) -> f64 {
-        let messages: usize = self.sends.values().map(|to| to.messages).sum();
-        self.work + messages as f64 * costs::MESSAGE + self.bytes() as f64 * costs::BYTE
+        self.work + self.messages() as f64 * costs::MESSAGE + self.bytes() as f64 * costs::BYTE
     }
 }
 
@@ -84,6 +99,8 @@ pub struct Forecast {
     pub ranks: Vec<RankForecast>,
     /// Work of one rank that does it all (s of one thread).
     pub alone: f64,
+    /// Messages of a step to ranks that do not know the sender: those to and from an external engine.
+    pub routes: usize,
 }
 
 impl Forecast {
@@ -96,8 +113,15 @@ impl Forecast {
 
     /// Time of a step (s): of the slowest rank, with messages and reductions.
     pub fn seconds_per_step(&self) -> f64 {
-        let reductions = 2.0 * libm::log2(self.ranks.len() as f64) * costs::MESSAGE / CONTROL_INTERVAL as f64;
-        (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions
+        let ranks = self.ranks.len() as f64;
+        let sum = libm::log2(ranks) * costs::MESSAGE;
+        let reductions = 2.0 * sum / CONTROL_INTERVAL as f64;
+        let routing = if self.routes > 0 {
+            self.routes as f64 * (sum + 8.0 * ranks * costs::BYTE) + 2.0 * SUMS * sum
+        } else {
+            0.0
+        };
+        (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions + routing
     }
 
     /// Parallel efficiency with messages.
@@ -111,7 +135,24 @@ impl Work<'_> {
     /// Work of every rank.
     pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
         let whole = Decomposition::solo(cut.domain);
-        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone: self.by_rank(&whole)[0].work }
+        let routes = if self.setup.engine == EngineChoice::Native || cut.ranks() == 1 { 0 } else { 2 };
+        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone: self.by_rank(&whole)[0].work, routes }
+    }
+
+    /// The rank with the part of an external engine that has a particle: at the start, as it moves with the engine's own blocks.
+    fn holder(&self, cut: &Decomposition, position: Vec3, owner: usize) -> usize {
+        match &self.setup.engine {
+            EngineChoice::Liggghts(options) if options.process == LiggghtsProcess::Own => {
+                let size = self.setup.domain.size();
+                // Equal blocks.
+                cut.rank_of(std::array::from_fn(|axis| {
+                    let blocks = cut.grid[axis];
+                    ((position[axis] / size[axis] * blocks as f64) as usize).min(blocks - 1)
+                }))
+            }
+            EngineChoice::Process(options) => owner * options.processes.clamp(1, cut.ranks()) / cut.ranks(),
+            _ => 0,
+        }
     }
 
     fn by_rank(&self, cut: &Decomposition) -> Vec<RankForecast> {
@@ -126,13 +167,21 @@ impl Work<'_> {
                 ranks[from].sends.entry(to).or_default().particles += bytes;
             }
         };
+        // Of loads and of states, a message from one rank to another.
+        let mut routed = BTreeSet::new();
         for (body, &owner) in self.bodies.iter().zip(&owners) {
             ranks[owner].particles += 1;
             for rank in near.ranks_with(body.position, body.template) {
                 ranks[rank].work += self.particle();
                 ranks[rank].ghosts += usize::from(rank != owner);
-                if native {
-                    send(&mut ranks, owner, rank, substeps * PARTICLE);
+                send(&mut ranks, owner, rank, if native { substeps * PARTICLE } else { PARTICLE });
+            }
+            if !native {
+                let holder = self.holder(cut, body.position, owner);
+                send(&mut ranks, owner, holder, APPLIED);
+                send(&mut ranks, holder, owner, STATE);
+                if holder != owner {
+                    routed.extend([(true, owner, holder), (false, holder, owner)]);
                 }
             }
             if self.has_fluid() {
@@ -141,9 +190,14 @@ impl Work<'_> {
                 {
                     ranks[rank].covered += part * body.covered;
                     ranks[rank].work += part * body.cost;
-                    send(&mut ranks, rank, owner, PARTIAL);
+                    if part * body.covered >= LEAST {
+                        send(&mut ranks, rank, owner, PARTIAL);
+                    }
                 }
             }
+        }
+        for (_, from, to) in routed {
+            ranks[from].sends.entry(to).or_default().messages += 1;
         }
         for contact in &self.contacts {
             let of = |i: usize| (owners[i], self.bodies[i].position, self.bodies[i].template);
@@ -152,7 +206,8 @@ impl Work<'_> {
             let rank = near.evaluating_rank(of(first), of(second)).unwrap_or(owners[first]);
             ranks[rank].contacts += 1;
             ranks[rank].work += contact.cost;
-            for i in [first, second] {
+            // An engine in parts has messages of its own.
+            for i in [first, second].into_iter().filter(|_| native) {
                 send(&mut ranks, rank, owners[i], substeps * PAIR_FORCE);
             }
         }
@@ -197,10 +252,10 @@ impl Work<'_> {
         let largest =
             (self.setup.templates.iter()).map(|template| template.shape.circumradius()).fold(0.0, f64::max);
         for (rank, forecast) in ranks.iter_mut().enumerate() {
-            if native {
-                for peer in GhostLayer::new(cut.clone(), rank, &radii).peers {
-                    forecast.sends.entry(peer).or_default().messages += 3 * self.setup.substeps as usize;
-                }
+            // Those of an external engine are found once in a step, and nothing else is sent.
+            let of_engine = if native { 3 * self.setup.substeps as usize } else { 1 };
+            for peer in GhostLayer::new(cut.clone(), rank, &radii).peers {
+                forecast.sends.entry(peer).or_default().messages += of_engine;
             }
             if self.has_fluid() {
                 for peer in cut.neighbours(rank, largest + 2.0 * cut.domain.dx) {

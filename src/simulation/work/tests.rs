@@ -1,8 +1,10 @@
 use super::*;
 use crate::case;
+use crate::comm::on_threads;
 use crate::contact::ContactModel;
 use crate::domain::Decomposition;
-use crate::simulation::seconds_of_files;
+use crate::engine::{self, process};
+use crate::simulation::{Simulation, seconds_of_files};
 use std::fmt::Write as _;
 
 /// Spheres of 8 cells in a box of 6 x 6 x 12 diameters at these centres (diameters).
@@ -191,4 +193,101 @@ fn a_suspension_takes_longer_than_its_fluid_and_on_one_core_not_much_more() {
     let each = forecast.seconds_per_step() / cells / costs::cell(setup.plan.precision);
     assert!((1.0..4.0).contains(&each), "{each}");
     assert_eq!(time_estimate(&setup).unwrap().ranks, 1);
+}
+
+/// An engine that moves nothing, on rank 0 for all.
+#[derive(Debug, Default)]
+struct Still(Vec<process::Body>);
+
+impl process::Served for Still {
+    fn hello(&self) -> process::Hello {
+        let kinds = |names: &[&str]| names.iter().map(ToString::to_string).collect();
+        process::Hello {
+            name: "still".into(),
+            shapes: kinds(&["sphere"]),
+            walls: kinds(&["plane"]),
+            ..process::Hello::default()
+        }
+    }
+
+    fn set_up(&mut self, _: process::SetUp, bodies: Vec<process::Body>) -> process::Outcome<()> {
+        self.0 = bodies;
+        Ok(())
+    }
+
+    fn advance(&mut self, _: f64, _: u32, _: &[process::AppliedLoad]) -> process::Outcome<()> {
+        Ok(())
+    }
+
+    fn states(&mut self) -> process::Outcome<Vec<process::LoadedState>> {
+        let state = |body: &process::Body| process::LoadedState {
+            state: process::State {
+                id: body.id,
+                orientation: [0.0, 0.0, 0.0, 1.0],
+                position: body.position,
+                velocity: body.velocity,
+                angular_velocity: body.angular_velocity,
+                contact_force: [0.0; 3],
+                contact_torque: [0.0; 3],
+            },
+            force: [0.0; 3],
+            torque: [0.0; 3],
+        };
+        Ok(self.0.iter().map(state).collect())
+    }
+
+    fn contacts(&mut self) -> process::Outcome<Vec<process::ContactForce>> {
+        Ok(Vec::new())
+    }
+
+    fn save(&mut self) -> process::Outcome<Vec<u8>> {
+        Err("it does not save".into())
+    }
+
+    fn restore(&mut self, _: &[u8]) -> process::Outcome<()> {
+        Err("it does not save".into())
+    }
+}
+
+#[test]
+fn ranks_send_the_messages_and_bytes_of_the_forecast_with_the_native_and_an_external_engine() {
+    let mut touching = bed();
+    for particle in &mut touching.particles {
+        particle.position = particle.position.map(|x| 0.98035 * x);
+        particle.velocity = [1e-5, 0.0, 0.0];
+    }
+    for (mut setup, is_external) in
+        [(suspension(), false), (touching.clone(), false), (suspension(), true), (touching, true)]
+    {
+        if is_external {
+            setup.engine = EngineChoice::Process(engine::ProcessOptions::default());
+        }
+        for ranks in [2, 4] {
+            let work = Work::of(&setup);
+            let cut = Decomposition::balanced(setup.domain, ranks, &work.weights()).unwrap();
+            let forecast = work.forecast(&cut);
+            let sent = on_threads(ranks, |comm| {
+                let mut simulation = if is_external {
+                    let host = process::Host::Here(|_| Box::new(Still::default()));
+                    let mut params = process::ExternalParams::new("still", "still".into(), host);
+                    params.walls.clone_from(&setup.walls);
+                    let (templates, all) = (setup.templates.clone(), &setup.particles);
+                    let still = process::External::new(params, cut.clone(), &comm, templates, all).unwrap();
+                    Simulation::with_engine(&setup, &cut, comm, Box::new(still)).unwrap()
+                } else {
+                    Simulation::new(&setup, &cut, comm).unwrap()
+                };
+                simulation.step().unwrap();
+                let before = simulation.comm().traffic();
+                simulation.step().unwrap();
+                let sent = simulation.comm().traffic() - before;
+                [sent.halo.bytes + sent.exchange.bytes, sent.halo.messages + sent.exchange.messages]
+            });
+            for (rank, ([bytes, messages], forecast)) in sent.into_iter().zip(&forecast.ranks).enumerate() {
+                let off = (bytes as f64 / forecast.bytes() as f64 - 1.0).abs();
+                assert!(off < 0.01, "rank {rank} of {ranks}: {bytes} bytes, not {}", forecast.bytes());
+                assert_eq!(messages, forecast.messages() as u64, "rank {rank} of {ranks}");
+            }
+        }
+    }
 }

@@ -23,8 +23,10 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
             "with 2 us per message and 10 GB/s, nothing hidden behind work".into(),
         ],
     ]));
-    if setup.engine != EngineChoice::Native {
-        lines.push("  without the engine, which moves all particles at rank 0".into());
+    if setup.engine.is_in_parts() {
+        lines.push("  with the messages to and from the engine, without those among its processes".into());
+    } else if setup.engine != EngineChoice::Native {
+        lines.push("  with the messages to and from the engine, without the time that it takes".into());
     }
     lines.join("\n")
 }
