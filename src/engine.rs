@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+pub use turbid_lammps as lammps;
 #[cfg(feature = "liggghts")]
 pub use turbid_liggghts as liggghts;
 pub use turbid_process as process;
@@ -20,6 +21,8 @@ pub enum EngineChoice {
     Native,
     /// LIGGGHTS, for spheres; needs the cargo feature `liggghts`.
     Liggghts(LiggghtsOptions),
+    /// LAMMPS, for spheres; loads its library while the program runs.
+    Lammps(LammpsOptions),
     /// A program that speaks the engine protocol.
     Process(ProcessOptions),
 }
@@ -30,6 +33,7 @@ impl EngineChoice {
         match self {
             Self::Native => "native",
             Self::Liggghts(_) => "liggghts",
+            Self::Lammps(_) => "lammps",
             Self::Process(_) => "process",
         }
     }
@@ -83,11 +87,29 @@ impl ProcessOptions {
     }
 }
 
+/// Options of LAMMPS beyond those of every engine.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LammpsOptions {
+    /// Process in which LAMMPS runs.
+    pub process: EngineProcess,
+    /// Longest time that a worker may take to answer (s), 60 if not given; ten times as long for the set-up and for
+    /// saving.
+    pub timeout: Option<f64>,
+}
+
+impl LammpsOptions {
+    /// Parameters of LAMMPS with these options, and nothing to move yet; `log` is the file for what it prints, `stop` is set when the
+    /// run shall stop.
+    pub fn params(&self, log: Option<PathBuf>, stop: Arc<AtomicBool>) -> process::ExternalParams {
+        lammps::params(self.process == EngineProcess::Own, self.timeout, log, stop)
+    }
+}
+
 /// Options of LIGGGHTS beyond those of every engine.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LiggghtsOptions {
     /// Process in which LIGGGHTS runs.
-    pub process: LiggghtsProcess,
+    pub process: EngineProcess,
     /// Commands of the user, given after all others of the set-up and before the first step; any that
     /// [`commands::accept`] refuses is an error of the set-up.
     pub commands: Vec<String>,
@@ -111,7 +133,7 @@ impl LiggghtsOptions {
             })
         };
         Ok(liggghts::LiggghtsParams {
-            in_this_process: self.process == LiggghtsProcess::Own,
+            in_this_process: self.process == EngineProcess::Own,
             commands: self.commands.iter().map(accepted).collect::<Result<_>>()?,
             timeout: self.timeout,
             ..liggghts::LiggghtsParams::default()
@@ -119,10 +141,10 @@ impl LiggghtsOptions {
     }
 }
 
-/// Process in which LIGGGHTS runs.
+/// Process in which an engine runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum LiggghtsProcess {
+pub enum EngineProcess {
     /// In a process of its own, whose crash ends as an error message.
     #[default]
     Worker,
@@ -136,14 +158,17 @@ pub const HAS_LIGGGHTS: bool = cfg!(feature = "liggghts");
 /// Debian's packages that the cargo feature `liggghts` needs.
 pub const LIGGGHTS_PACKAGES: &str = "liggghts libliggghts-dev libopenmpi-dev libclang-dev g++";
 
-/// Refuses an engine that this program was built without, and a program of the case that is not `allowed`: a case may come from
-/// anybody.
+/// Refuses an engine that this program was built without or that this machine lacks, and a program of the case that is not `allowed`: a
+/// case may come from anybody.
 ///
 /// # Errors
-/// That of [`liggghts_is_missing`]; [`Error::Case`].
+/// That of [`liggghts_is_missing`]; [`Error::Input`] without the library of LAMMPS; [`Error::Case`].
 pub fn refuse_unusable(engine: &EngineChoice, allowed: bool) -> Result<()> {
     match engine {
         EngineChoice::Liggghts(_) if !HAS_LIGGGHTS => Err(liggghts_is_missing("`dem.engine = \"liggghts\"`")),
+        EngineChoice::Lammps(_) => lammps::load().map_err(|why| {
+            Error::Input(format!("`dem.engine = \"lammps\"` needs the library of LAMMPS: {why}"))
+        }),
         EngineChoice::Process(options) if !allowed => Err(Error::Case {
             key: "dem.engine".to_string(),
             what: "`dem.engine` starts a program".to_string(),

@@ -23,8 +23,8 @@ use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 pub use contacts::{
-    ContactSection, DemSection, EngineKind, EngineSection, GeometryKind, LiggghtsSection, MaterialSection,
-    PairSection, ProcessSection,
+    ContactSection, DemSection, EngineKind, EngineSection, GeometryKind, LammpsSection, LiggghtsSection,
+    MaterialSection, PairSection, ProcessSection,
 };
 pub use insertion::{AmountBy, InsertionSection, RegionSection, RemovalPlace, RemovalSection};
 pub use motion::{

@@ -2,7 +2,8 @@
 //!
 //! ```text
 //! DIRECTORY/
-//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  run.id  liggghts.log  process.log
+//!   summary.json  series.csv  particle_series.csv  settling_velocity.png  walls.vtp  open.py  run.id
+//!   liggghts.log  lammps.log  process.log
 //!   profiles.csv  profile_means.csv  fronts.csv  structure.csv  pair_distribution.csv  pair_distribution_means.csv
 //!   contact_forces.csv  contact_force_means.csv  structure_factor.csv  structure_factor_means.csv  dynamics.csv  dynamics_means.csv
 //!   fields.pvd        fields/fields_0000001000.vti ...
@@ -104,7 +105,7 @@ const SCRIPT: &str = "open.py";
 const RUN: &str = "run.id";
 /// Most bytes of it.
 const RUN_BYTES: u64 = 64;
-const LOGS: [&str; 2] = ["liggghts.log", "process.log"];
+const LOGS: [&str; 3] = ["liggghts.log", "lammps.log", "process.log"];
 /// Cells of the fluid.
 pub const FIELDS: Numbered = Numbered::new("fields", "fields_", ".vti");
 /// Particles as points.

@@ -48,6 +48,18 @@ pub(super) fn engine(
 ) -> Result<Box<dyn DemEngine>> {
     crate::engine::refuse_unusable(&setup.engine, context.allowed)?;
     let (templates, decomposition) = (setup.templates.clone(), decomposition.clone());
+    let external = |params: ExternalParams| -> Result<Box<dyn DemEngine>> {
+        let params = ExternalParams {
+            contact: setup.contact.clone(),
+            walls: setup.walls.clone(),
+            gravity: setup.gravity,
+            substeps: setup.substeps,
+            resumes: context.resumes,
+            ..params
+        };
+        let (templates, decomposition) = (templates.clone(), decomposition.clone());
+        Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))
+    };
     match &setup.engine {
         #[cfg(feature = "liggghts")]
         EngineChoice::Liggghts(options) => {
@@ -66,17 +78,13 @@ pub(super) fn engine(
         }
         #[cfg(not(feature = "liggghts"))]
         EngineChoice::Liggghts(_) => unreachable!("refused above"),
+        EngineChoice::Lammps(options) => {
+            external(options.params(context.log.clone(), Arc::clone(&context.stop)))
+        }
         EngineChoice::Process(options) => {
-            let params = ExternalParams {
-                contact: setup.contact.clone(),
-                walls: setup.walls.clone(),
-                gravity: setup.gravity,
-                substeps: setup.substeps,
-                resumes: context.resumes,
-                memory: (memory::left() / SAVED_COPIES) as u64,
-                ..options.params(context.log.clone(), Arc::clone(&context.stop))
-            };
-            Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))
+            let memory = (memory::left() / SAVED_COPIES) as u64;
+            let params = options.params(context.log.clone(), Arc::clone(&context.stop));
+            external(ExternalParams { memory, ..params })
         }
         EngineChoice::Native => {
             let params = NativeParams {

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Crate(&'static str, &'static str, Option<&'static str>);
 
 /// All crates; a folder that is not there is passed over.
-const CRATES: [Crate; 8] = [
+const CRATES: [Crate; 9] = [
     Crate("src", "turbid", None),
     Crate("crates/cli/src", "turbid_cli", None),
     Crate("crates/lab/src", "turbid_lab", None),
@@ -18,6 +18,7 @@ const CRATES: [Crate; 8] = [
     Crate("crates/input/src", "turbid_input", None),
     Crate("crates/plot/src", "turbid_plot", Some("plot")),
     Crate("ffi/process/src", "turbid_process", Some("process")),
+    Crate("ffi/lammps/src", "turbid_lammps", Some("lammps")),
     Crate("ffi/liggghts/src", "turbid_liggghts", Some("liggghts")),
 ];
 

@@ -88,6 +88,9 @@ enum Command {
     #[cfg(feature = "liggghts")]
     #[command(name = turbid::engine::liggghts::worker::VERB, hide = true)]
     LiggghtsWorker,
+    /// LAMMPS in a process of its own, for turbid's own use.
+    #[command(name = turbid::engine::lammps::VERB, hide = true)]
+    LammpsWorker,
 }
 
 /// A case and changes to it.
@@ -275,9 +278,13 @@ pub fn main() -> ExitCode {
     if let Command::LiggghtsWorker = arguments.command {
         return turbid::engine::liggghts::worker::main();
     }
+    if let Command::LammpsWorker = arguments.command {
+        return turbid::engine::lammps::worker();
+    }
     let code = carry_out(arguments.command);
     #[cfg(feature = "liggghts")]
     turbid::engine::liggghts::end();
+    turbid::engine::lammps::end();
     terminal::exit(code)
 }
 
@@ -308,6 +315,7 @@ fn carry_out(command: Command) -> u8 {
         Command::Man { directory } => manual::man(&directory).map(|()| true),
         #[cfg(feature = "liggghts")]
         Command::LiggghtsWorker => unreachable!("has its own exit"),
+        Command::LammpsWorker => unreachable!("has its own exit"),
     };
     match passed {
         Ok(true) => 0,

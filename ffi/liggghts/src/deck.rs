@@ -7,14 +7,11 @@ use super::session::PAIRS;
 use serde::Deserialize;
 use std::path::PathBuf;
 use turbid_core::contact::{CohesionLaw, PairParams, RollingLaw};
-use turbid_process::{ContactSection, SetUp, SurfaceSection, WallSection};
+use turbid_process::{AXES, ContactSection, SetUp, SurfaceSection, WallSection, axis_of, sliding_plane};
 
 /// Distance beyond contact within which pairs are listed, over the smallest radius: a list lasts until something has moved by
 /// half of it.
 const SKIN: f64 = 0.3;
-
-/// Most that a unit vector of an axis differs from it.
-const ALIGNED: f64 = 1e-9;
 
 /// Fixes that hold a vector for each atom, wherever it goes: its force and its torque while the lists are made again.
 pub(crate) const HELD: [&str; 2] = ["heldforce", "heldtorque"];
@@ -171,34 +168,19 @@ pub(crate) fn friction(pair: &PairParams) -> f64 {
 
 /// A wall as LIGGGHTS's primitive, or why it has none for it.
 pub(crate) fn primitive(wall: &WallSection) -> Result<String, String> {
-    let cannot = |why: &str| Err(format!("wall `{}`: LIGGGHTS's primitive {why}", wall.name));
+    let cannot = |why| format!("wall `{}`: LIGGGHTS's primitive {why}", wall.name);
     match wall.surface {
         SurfaceSection::Plane { point, normal } => {
-            let Some(axis) = axis_of(normal) else {
-                return cannot("planes stand across x, y or z");
-            };
-            let text = format!("{}plane {:e}", NAMES[axis], point[axis]);
-            let along: Vec<usize> = (0..3).filter(|&i| wall.velocity[i] != 0.0).collect();
-            match along[..] {
-                [] => Ok(text),
-                [i] => Ok(format!("{text} shear {} {:e}", NAMES[i], wall.velocity[i])),
-                _ => cannot("planes slide along one axis only"),
-            }
+            let (axis, shear) = sliding_plane(wall, normal).map_err(cannot)?;
+            Ok(format!("{}plane {:e}{shear}", AXES[axis], point[axis]))
         }
         SurfaceSection::Pipe { point, axis: direction, radius }
         | SurfaceSection::Rod { point, axis: direction, radius } => {
             let Some(axis) = axis_of(direction) else {
-                return cannot("cylinders stand along x, y or z");
+                return Err(cannot("cylinders stand along x, y or z"));
             };
             let [a, b] = [[1, 2], [0, 2], [0, 1]][axis];
-            Ok(format!("{}cylinder {radius:e} {:e} {:e}", NAMES[axis], point[a], point[b]))
+            Ok(format!("{}cylinder {radius:e} {:e} {:e}", AXES[axis], point[a], point[b]))
         }
     }
-}
-
-const NAMES: [&str; 3] = ["x", "y", "z"];
-
-/// The axis that a unit vector lies along, either way.
-fn axis_of(direction: [f64; 3]) -> Option<usize> {
-    (0..3).find(|&i| (direction[i].abs() - 1.0).abs() < ALIGNED)
 }

@@ -17,22 +17,10 @@ pub use turbid_process::External as Liggghts;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::time::Duration;
 use turbid_core::contact::ContactModel;
 use turbid_core::math::Vec3;
 use turbid_core::wall::Wall;
 use turbid_process::{ExternalParams, Host, Program};
-
-/// One process of MPI, started in a tenth of the usual time and without a daemon.
-const ALONE: [(&str, &str); 5] = [
-    ("OMPI_MCA_ess_singleton_isolated", "1"),
-    // Workers that begin and end at the same time would remove each other's.
-    ("OMPI_MCA_orte_create_session_dirs", "0"),
-    ("OMPI_MCA_btl", "self"),
-    ("OMPI_MCA_pml", "ob1"),
-    // MPI looks for devices through it, and drivers of OpenCL catch signals: an abort would not end the worker.
-    ("HWLOC_COMPONENTS", "-opencl"),
-];
 
 /// Parameters of the LIGGGHTS engine.
 #[derive(Clone, Debug, Default)]
@@ -68,16 +56,9 @@ impl From<LiggghtsParams> for ExternalParams {
         let host = if params.in_this_process {
             Host::Here(|seat| Box::new(session::Engine::new(seat)))
         } else {
-            let program = params.program.or_else(|| std::env::current_exe().ok());
-            Host::Process(Program {
-                command: vec![program.unwrap_or_else(|| "turbid".into()).into(), worker::VERB.into()],
-                folder: None,
-                variables: &ALONE,
-                timeout: Duration::from_secs_f64(params.timeout.unwrap_or(60.0)),
-                timeout_key: "dem.liggghts.timeout",
-                log: params.log.clone(),
-                stop: params.stop,
-            })
+            let timeout = (params.timeout, "dem.liggghts.timeout");
+            let program = (params.program, worker::VERB);
+            Host::Process(Program::worker(program, timeout, params.log.clone(), params.stop))
         };
         Self {
             name: "liggghts",

@@ -2,11 +2,10 @@
 
 use super::deck::HELD;
 use super::instance::{Instance, Outcome};
-use super::session::{Session, id_of, path_of};
+use super::session::Session;
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
-use std::fs::File;
 use std::io::{Read, Write};
-use turbid_process::LoadedState;
+use turbid_process::{LoadedState, exchange_file, id_of, path_of};
 
 /// Parts of the results of [`Session::save`] of all processes.
 pub(super) struct Saved<'a> {
@@ -124,10 +123,4 @@ impl<'a> Saved<'a> {
         file.write_all(bytes).map_err(|e| format!("cannot give back what LIGGGHTS saved: {e}"))?;
         instance.command(&format!("read_restart {}", path_of(&file)))
     }
-}
-
-/// A file that LIGGGHTS and turbid exchange. It has no name, so that nobody else finds it, and ends with its handle.
-fn exchange_file() -> Outcome<File> {
-    tempfile::tempfile()
-        .map_err(|e| format!("cannot make a file in {}: {e}; set TMPDIR", std::env::temp_dir().display()))
 }

@@ -16,13 +16,11 @@ use super::deck::{self, Plan, wall_fix};
 use super::instance::{Arrays, Instance, Outcome};
 use super::restart::Saved;
 use std::f64::consts::PI;
-use std::fs::File;
-use std::os::fd::AsRawFd;
 use turbid_core::dem::ContactState;
 use turbid_core::math::Vec3;
 use turbid_process::{
-    AppliedLoad, Body, ContactForce, ContactSection, Hello, LoadedState, Seat, Served, SetUp, ShapeSection,
-    State, open_log,
+    AppliedLoad, Body, ContactForce, ContactSection, Hello, LoadedState, Order, Seat, Served, SetUp,
+    SphereKind, State, id_of, kinds, open_log, path_of, tag,
 };
 
 /// Name of the compute of pair contacts; its columns are position (6), ids (3), force (3), its parts across and along
@@ -32,40 +30,12 @@ pub(crate) const PAIRS: &str = "contacts";
 /// The moment of inertia of a homogeneous sphere over `m r^2`.
 const SPHERE: f64 = 0.4;
 
-/// Kind of spheres.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Kind {
-    /// Of contacts (m).
-    radius: f64,
-    /// Mass (kg).
-    mass: f64,
-    /// Moment of inertia of LIGGGHTS's sphere over that of the particle (-).
-    inertia_ratio: f64,
-    /// Index of the material.
-    material: usize,
-}
-
-/// The kind of each template.
-fn kinds(case: &SetUp) -> Outcome<Vec<Kind>> {
-    let kind = |template: &turbid_process::TemplateSection| {
-        let ShapeSection::Sphere { radius } = template.shape else {
-            return Err("it has spheres only".to_owned());
-        };
-        let grown = radius + case.contact.as_ref().map_or(0.0, |contact| contact.enlargement);
-        // Without an enlargement exactly one.
-        let ratio = grown / radius;
-        let (mass, material) = (template.mass, template.material);
-        Ok(Kind { radius: grown, mass, inertia_ratio: ratio * ratio, material })
-    };
-    case.templates.iter().map(kind).collect()
-}
-
 /// LIGGGHTS as an engine.
 #[derive(Debug)]
 pub(crate) struct Engine {
     seat: Seat,
     plan: Plan,
-    kinds: Vec<Kind>,
+    kinds: Vec<SphereKind>,
     bodies: Vec<Body>,
     gravity: Vec3,
     contact: Option<ContactSection>,
@@ -154,45 +124,15 @@ impl Served for Engine {
     }
 }
 
-/// Places of the atoms of this process in LIGGGHTS's arrays.
-#[derive(Debug, Default)]
-pub(super) struct Order {
-    /// As they were.
-    ids: Vec<i32>,
-    /// By ascending id.
-    pub(super) places: Vec<u32>,
-}
-
-impl Order {
-    /// Takes note of the ids.
-    fn note(&mut self, ids: &[i32]) {
-        if self.ids != ids {
-            self.ids = ids.to_vec();
-            self.places = (0..ids.len() as u32).collect();
-            self.places.sort_unstable_by_key(|&k| ids[k as usize]);
-        }
-    }
-}
-
 /// One simulation in LIGGGHTS.
 #[derive(Debug)]
 pub(crate) struct Session {
     pub(super) instance: Instance,
-    kinds: Vec<Kind>,
+    kinds: Vec<SphereKind>,
     walls: usize,
     pub(super) order: Order,
     /// The present time step (s); 0 before the first step.
     pub(super) time_step: f64,
-}
-
-/// The id that LIGGGHTS has for a particle.
-fn tag(id: u64) -> Outcome<i32> {
-    i32::try_from(id.saturating_add(1)).map_err(|_| format!("it has no numbers for ids as large as {id}"))
-}
-
-/// The id of a particle.
-pub(super) fn id_of(tag: i32) -> u64 {
-    tag as u64 - 1
 }
 
 impl Session {
@@ -200,7 +140,7 @@ impl Session {
     fn open(
         instance: Instance,
         plan: &Plan,
-        kinds: &[Kind],
+        kinds: &[SphereKind],
         (bodies, saved, is_first): (&[Body], &[u8], bool),
     ) -> Outcome<Self> {
         let saved = match saved {
@@ -290,7 +230,7 @@ impl Session {
     }
 
     /// Calls `change` with the kind of every atom, the arrays, and its place in them.
-    fn each_atom(&mut self, mut change: impl FnMut(&Kind, &mut Arrays, usize)) -> Outcome<()> {
+    fn each_atom(&mut self, mut change: impl FnMut(&SphereKind, &mut Arrays, usize)) -> Outcome<()> {
         let mut arrays = self.instance.arrays()?;
         for k in 0..arrays.id.len() {
             let own = (arrays.radius[k].to_bits(), arrays.mass[k].to_bits());
@@ -413,9 +353,4 @@ impl Session {
         }
         Ok(contacts)
     }
-}
-
-/// A path to an open file of this process, for LIGGGHTS: without blanks, whatever the name of the file, and even if it has none.
-pub(crate) fn path_of(file: &File) -> String {
-    format!("/proc/self/fd/{}", file.as_raw_fd())
 }

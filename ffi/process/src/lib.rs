@@ -15,7 +15,9 @@ mod message;
 mod route;
 mod serve;
 mod setup;
+mod spheres;
 mod start;
+mod worker;
 
 pub use child::{Program, open_log};
 pub use message::{
@@ -27,6 +29,10 @@ pub use setup::{
     BoxSection, ContactSection, Hello, SetUp, ShapeSection, SurfaceSection, TemplateSection, WallSection,
     wall_flaw,
 };
+pub use spheres::{
+    AXES, Order, SphereKind, axis_of, exchange_file, id_of, kinds, path_of, sliding_plane, tag,
+};
+pub use worker::work;
 
 use child::{Asked, Worker};
 use message::Kind;

@@ -5,7 +5,7 @@ use crate::contact::{
     VanDerWaals,
 };
 use crate::document::{non_negative, positive};
-use crate::engine::LiggghtsProcess;
+use crate::engine::EngineProcess;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
@@ -140,18 +140,26 @@ impl ContactSection {
         self.enlargement.unwrap_or(if self.lubrication.is_some() { 0.0 } else { 0.2 })
     }
 
-    /// A key with a value that a program does not get, or LIGGGHTS does not have, and the value as the message says it.
-    pub(in crate::case) fn native_only(&self, liggghts: bool) -> Option<(&'static str, String)> {
+    /// A key with a value that the engine does not have, or a program does not get, and the value as the message says it.
+    pub(in crate::case) fn native_only(&self, engine: &EngineSection) -> Option<(&'static str, String)> {
         let law = matches!(self.law, ElasticLaw::OverlapVolume | ElasticLaw::Hertz);
         let damping = matches!(self.damping, DampingLaw::HuntCrossley | DampingLaw::Tsuji);
-        let cohesion =
-            self.cohesion != CohesionLaw::None && !(liggghts && self.cohesion == CohesionLaw::Sjkr);
+        let cohesion = |known: &[CohesionLaw]| !known.contains(&self.cohesion);
+        use CohesionLaw::{Dmt, Jkr, None as Free, Sjkr};
+        let (named, rolling, cohesion) = match engine {
+            EngineSection::Named(EngineKind::Native) => return None,
+            EngineSection::Named(EngineKind::Liggghts) => (true, false, cohesion(&[Free, Sjkr])),
+            EngineSection::Named(EngineKind::Lammps) => {
+                (true, self.rolling.is_given(), cohesion(&[Free, Dmt, Jkr]))
+            }
+            EngineSection::Process(_) => (false, self.rolling.is_given(), cohesion(&[Free])),
+        };
         let found = [
             ("contact.geometry", json!(self.geometry), self.geometry == GeometryKind::Sampled),
-            ("contact.law", json!(self.law), liggghts && !law),
-            ("contact.damping", json!(self.damping), liggghts && !damping),
+            ("contact.law", json!(self.law), named && !law),
+            ("contact.damping", json!(self.damping), named && !damping),
             ("contact.friction", json!(self.friction), self.friction == FrictionLaw::MindlinDeresiewicz),
-            ("contact.rolling", json!(self.rolling), !liggghts && self.rolling.is_given()),
+            ("contact.rolling", json!(self.rolling), rolling),
             ("contact.twisting", json!(self.twisting), self.twisting != TwistingLaw::None),
             ("contact.cohesion", json!(self.cohesion), cohesion),
             ("contact.van_der_waals", json!(self.van_der_waals), self.van_der_waals.is_some()),
@@ -218,14 +226,17 @@ pub struct MaterialSection {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 #[schemars(extend("dependentSchemas" = {
-    "liggghts": { "properties": { "engine": { "const": "liggghts" } }, "required": ["engine"] }
+    "liggghts": { "properties": { "engine": { "const": "liggghts" } }, "required": ["engine"] },
+    "lammps": { "properties": { "engine": { "const": "lammps" } }, "required": ["engine"] }
 }))]
 pub struct DemSection {
-    /// "native"; or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`; or a program that speaks
-    /// the engine protocol, `{ command = ["python3", "spheres.py"] }`. Default "native".
+    /// "native"; or "liggghts", for spheres only and with a program built with the cargo feature `liggghts`; or "lammps",
+    /// for spheres only and with Debian's `liblammps0`; or a program that speaks the engine protocol, `{ command = ["python3", "spheres.py"] }`. Default "native".
     pub engine: EngineSection,
     /// Settings of LIGGGHTS; only with `engine = "liggghts"`.
     pub liggghts: Option<LiggghtsSection>,
+    /// Settings of LAMMPS; only with `engine = "lammps"`.
+    pub lammps: Option<LammpsSection>,
 }
 
 /// The engine that moves the particles, by name or as a program.
@@ -241,7 +252,12 @@ pub enum EngineSection {
 impl EngineSection {
     /// True of the engine of turbid.
     pub(in crate::case) fn is_native(&self) -> bool {
-        matches!(self, Self::Named(EngineKind::Native))
+        self.is(EngineKind::Native)
+    }
+
+    /// True of this engine.
+    pub(in crate::case) fn is(&self, of: EngineKind) -> bool {
+        matches!(self, Self::Named(kind) if *kind == of)
     }
 }
 
@@ -293,6 +309,9 @@ pub enum EngineKind {
     /// coefficient of friction is `friction_kinetic`, or 0 where `friction_static` is 0; `transition_velocity` means nothing
     /// to it.
     Liggghts,
+    /// LAMMPS with its `pair_style granular`: Hertz's law with Tsuji's damping, whatever `contact.law` and `damping` say, and the springs of
+    /// Mindlin. Its one coefficient of friction is that of LIGGGHTS.
+    Lammps,
 }
 
 /// Settings of LIGGGHTS.
@@ -301,10 +320,23 @@ pub enum EngineKind {
 pub struct LiggghtsSection {
     /// "worker": in a process of its own, whose crash ends as an error message; "own": in that of turbid, in all of them in an MPI job, each
     /// with a part of the spheres. Default "worker".
-    pub process: LiggghtsProcess,
+    pub process: EngineProcess,
     /// LIGGGHTS commands, given after all others of the set-up and before the first step: groups, regions, and fixes that add
     /// forces (`viscous`, `drag`, `addforce`, `spring`, `spring/self`). All others are refused. Default `[]`.
     pub commands: Vec<String>,
+    /// Longest time that a worker may take for a step (s); for the set-up and for saving it has ten times as long. Then
+    /// the run ends with an error. Default 60.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]
+    pub timeout: Option<f64>,
+}
+
+/// Settings of LAMMPS.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct LammpsSection {
+    /// "worker": in a process of its own, whose end is an error message; "own": in that of turbid, in all of them in an MPI job, each
+    /// with a part of the spheres; there an error of LAMMPS ends the job. Default "worker".
+    pub process: EngineProcess,
     /// Longest time that a worker may take for a step (s); for the set-up and for saving it has ten times as long. Then
     /// the run ends with an error. Default 60.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::contact::{Body, Geometry, GrownShape, overlap, overlap_wall};
-use crate::engine::{EngineChoice, LiggghtsOptions, LiggghtsProcess};
+use crate::engine::{EngineChoice, EngineProcess, LiggghtsOptions};
 use crate::fluid::Collision;
 use crate::math::{Quat, Vec3};
 
@@ -135,7 +135,7 @@ fn the_native_engine_moves_the_particles_unless_the_case_asks_for_liggghts_in_a_
         "dem.liggghts.commands=[\" group a type 1\", \"fix slow a viscous 1e-6  # drag\"]",
     ]);
     let options = LiggghtsOptions {
-        process: LiggghtsProcess::Own,
+        process: EngineProcess::Own,
         commands: vec!["group a type 1".to_string(), "fix slow a viscous 1e-6".to_string()],
         timeout: None,
     };

@@ -4,7 +4,7 @@ use super::machine;
 use super::terminal::{Row, row, table};
 use std::path::{Path, PathBuf};
 use turbid::device::{Device, HAS_DRIVERS, devices};
-use turbid::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES};
+use turbid::engine::{HAS_LIGGGHTS, LIGGGHTS_PACKAGES, lammps};
 use turbid::fluid::{Precision, Simd};
 
 /// Debian's packages that the cargo feature `mpi` needs.
@@ -36,6 +36,7 @@ pub(super) fn report() -> String {
         row("huge pages", pages.unwrap_or("unknown"), huge_pages_remark(pages)),
         row("memory", memory, free),
         row("LIGGGHTS", yes_or_no(HAS_LIGGGHTS), liggghts_remark(HAS_LIGGGHTS)),
+        row("LAMMPS", yes_or_no(lammps::load().is_ok()), lammps_remark(lammps::load().is_ok())),
         row("MPI", yes_or_no(has_mpi), mpi_remark(has_mpi, launcher().as_deref())),
     ];
     add_devices(&mut rows);
@@ -109,6 +110,15 @@ fn liggghts_remark(has: bool) -> String {
     }
 }
 
+/// About the engine `dem.engine = "lammps"`.
+fn lammps_remark(has: bool) -> String {
+    if has {
+        "`dem.engine = \"lammps\"` works: its library is loaded while the program runs".to_string()
+    } else {
+        format!("the native engine needs none; for it: apt-get install {}", lammps::PACKAGE)
+    }
+}
+
 /// The first program on the path that starts MPI jobs.
 fn launcher() -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
@@ -142,6 +152,7 @@ mod tests {
         assert_eq!(huge_pages_remark(Some("madvise")), "fine");
         assert!(simd_remark(Simd::Sse2).contains("slower"));
         assert!(liggghts_remark(false).contains("--features liggghts"));
+        assert!(lammps_remark(false).contains("apt-get install liblammps0"));
         for found in [None, Some(Path::new("/usr/bin/mpirun"))] {
             assert!(mpi_remark(false, found).contains("--features mpi"));
         }

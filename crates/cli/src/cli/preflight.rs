@@ -11,7 +11,7 @@ use super::machine::{cores, in_bytes, in_time};
 use super::terminal::{Row, row};
 use turbid::case::{FluidSetup, Setup};
 use turbid::comm;
-use turbid::engine::{EngineChoice, LiggghtsProcess};
+use turbid::engine::{EngineChoice, EngineProcess};
 use turbid::error::{Error, Result};
 use turbid::fluid::Precision;
 use turbid::memory::{self, Room};
@@ -123,22 +123,25 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
 
 /// The engine, if it is not the native one.
 fn engine_row(setup: &Setup) -> Option<Row> {
-    let options = match &setup.engine {
-        EngineChoice::Native => return None,
-        EngineChoice::Liggghts(options) => options,
-        EngineChoice::Process(program) => {
-            return Some(row("engine", program.command.join(" "), "in a process of its own"));
+    let host = |process| match process {
+        EngineProcess::Worker => "in a process of its own",
+        EngineProcess::Own => "in this process",
+    };
+    match &setup.engine {
+        EngineChoice::Native => None,
+        EngineChoice::Liggghts(options) => {
+            let process = host(options.process);
+            let remark = match options.commands.len() {
+                0 => process.to_string(),
+                n => format!("{process}; commands of the case: {n}"),
+            };
+            Some(row("engine", "LIGGGHTS", remark))
         }
-    };
-    let process = match options.process {
-        LiggghtsProcess::Worker => "in a process of its own",
-        LiggghtsProcess::Own => "in this process",
-    };
-    let remark = match options.commands.len() {
-        0 => process.to_string(),
-        n => format!("{process}; commands of the case: {n}"),
-    };
-    Some(row("engine", "LIGGGHTS", remark))
+        EngineChoice::Lammps(options) => Some(row("engine", "LAMMPS", host(options.process))),
+        EngineChoice::Process(program) => {
+            Some(row("engine", program.command.join(" "), "in a process of its own"))
+        }
+    }
 }
 
 /// Rows of a case without a fluid.
