@@ -1,16 +1,21 @@
 //! LAMMPS as an engine: one instance, commands and arrays.
 //!
 //! The array `held` goes with every atom, wherever it moves, and into restart files. It has the load `F` with the weight and the torque `T` of
-//! the fluid, then all forces `f` and torques `t` at the end of the last step, and the factor `q` of torques: LAMMPS takes the moment of
-//! inertia of a homogeneous sphere of the contact radius, which is `q` times that of the particle.
+//! the fluid, then all forces `f`, torques `t`, velocities and angular velocities at the end of the last step, and the factor `q` of torques:
+//! LAMMPS takes the moment of inertia of a homogeneous sphere of the contact radius, which is `q` times that of the particle.
 //!
 //! A step under constant loads: `f += F - F'`, `t += q (T - T')`, as the first half kick uses the force of the step before, with the loads `F'`,
 //! `T'`; then `run n pre no post no`, in which the callback of `fix external` adds `F` to the forces and makes the torques `q (t + T)`. So
 //! the motion under loads alone is the exact parabola in each step.
 //!
+//! To write a restart file LAMMPS finds its ghosts again, and then takes the partners of contacts from lists that have the numbers of the ones
+//! before: contacts across faces of blocks would lose their springs. So the lists are made again in the last sub-step of every step, whatever
+//! has moved.
+//!
 //! `fix wall/gran` takes the damping for a coefficient of restitution in every set-up, and damps less each time. So an instance has one
-//! set-up: for another time step, and after writing a restart file, the simulation is read back from that file. The forces are those that
-//! `held` has: they were found at the velocities of half a step before.
+//! set-up: for another time step, and after writing a restart file, the simulation is read back from that file. A set-up finds forces, and
+//! shortens the springs of contacts that slide by the dashpots. So the velocities in the file are those of half a step before, at which the last
+//! forces were found, and all that `held` has is put back afterwards.
 
 use crate::deck::{Plan, plan};
 use crate::library::{Instance, Outcome, rows_at, rows_of_atoms};
@@ -25,8 +30,14 @@ use turbid_process::{
 
 /// Name of the array that goes with the atoms.
 const HELD: &CStr = c"d2_held";
-/// Columns of it: force and torque of the load, all forces, all torques, factor of torques.
-const COLUMNS: usize = 13;
+/// Columns of it: force and torque of the load, all forces, all torques, velocity, angular velocity, factor of torques.
+const COLUMNS: usize = 19;
+/// The last of these columns.
+const RATIO: usize = 18;
+/// Arrays of LAMMPS that `held` has, and their first columns.
+const COPIES: [(&CStr, usize); 4] = [(c"f", 6), (c"torque", 9), (c"v", 12), (c"omega", 15)];
+/// The moment of inertia of a homogeneous sphere over `m r^2`.
+const SPHERE: f64 = 0.4;
 /// Columns of `fix wall/gran` for each atom: touched or not, force, and others.
 const OF_WALL: usize = 8;
 
@@ -81,7 +92,7 @@ extern "C" fn add_loads(
     let (Ok(forces), Ok(torques), Ok(held)) = arrays else { return };
     for ((force, torque), held) in forces.iter_mut().zip(torques).zip(held) {
         *force = three(held, 0).into();
-        *torque = ((Vec3::from(*torque) + three(held, 3)) * held[12]).into();
+        *torque = ((Vec3::from(*torque) + three(held, 3)) * held[RATIO]).into();
     }
 }
 
@@ -153,7 +164,7 @@ impl Engine {
         fill(instance.of_atoms(c"rmass")?, |kind| kind.mass);
         for (held, kind) in instance.rows_of_atoms::<COLUMNS>(HELD)?.iter_mut().zip(&kinds) {
             *held = [0.0; COLUMNS];
-            held[12] = kind.inertia_ratio;
+            held[RATIO] = kind.inertia_ratio;
         }
         instance.command("displace_atoms all move 0 0 0 units box")
     }
@@ -167,7 +178,7 @@ impl Engine {
         instance.set_up_ends();
         if resumes {
             let held = instance.rows_of_atoms::<COLUMNS>(HELD)?.to_vec();
-            for (array, at) in [(c"f", 6), (c"torque", 9)] {
+            for (array, at) in COPIES {
                 let rows = instance.rows_of_atoms::<3>(array)?.iter_mut();
                 rows.zip(&held).for_each(|(row, held)| *row = three(held, at).into());
             }
@@ -175,10 +186,35 @@ impl Engine {
         Ok(())
     }
 
-    /// LAMMPS's own restart file, in the first process.
+    /// Copies what `held` has of the arrays.
+    fn hold(&mut self) -> Outcome<()> {
+        let instance = self.instance()?;
+        for (array, at) in COPIES {
+            let now = instance.rows_of_atoms::<3>(array)?.to_vec();
+            let rows = instance.rows_of_atoms::<COLUMNS>(HELD)?.iter_mut();
+            rows.zip(now).for_each(|(held, now)| held[at..at + 3].copy_from_slice(&now));
+        }
+        Ok(())
+    }
+
+    /// LAMMPS's own restart file, in the first process. The simulation must be read back from it.
     fn write(&mut self) -> Outcome<Vec<u8>> {
         let mut file = exchange_file()?;
-        self.instance()?.command(&format!("write_restart {}", path_of(&file)))?;
+        let half_step = 0.5 * self.time_step;
+        let instance = self.instance()?;
+        let held = instance.rows_of_atoms::<COLUMNS>(HELD)?.to_vec();
+        let mass = instance.of_atoms::<f64>(c"rmass")?.to_vec();
+        let radius = instance.of_atoms::<f64>(c"radius")?.to_vec();
+        let kick = |row: &mut [f64; 3], force: Vec3, inertia: f64| {
+            *row = (Vec3::from(*row) - force * (half_step / inertia)).into();
+        };
+        for (k, row) in instance.rows_of_atoms(c"v")?.iter_mut().enumerate() {
+            kick(row, three(&held[k], 6), mass[k]);
+        }
+        for (k, row) in instance.rows_of_atoms(c"omega")?.iter_mut().enumerate() {
+            kick(row, three(&held[k], 9), SPHERE * mass[k] * radius[k] * radius[k]);
+        }
+        instance.command(&format!("write_restart {}", path_of(&file)))?;
         let mut restart = Vec::new();
         file.read_to_end(&mut restart).map_err(|e| format!("cannot read back what LAMMPS saved: {e}"))?;
         Ok(restart)
@@ -202,7 +238,7 @@ impl Engine {
         for (k, load) in places().zip(loads) {
             let now = [Vec3::from(load.force) + gravity * mass[k], load.torque.into()];
             let held = &mut held[k];
-            change[k] = [now[0] - three(held, 0), (now[1] - three(held, 3)) * held[12]];
+            change[k] = [now[0] - three(held, 0), (now[1] - three(held, 3)) * held[RATIO]];
             held[..3].copy_from_slice(now[0].as_slice());
             held[3..6].copy_from_slice(now[1].as_slice());
         }
@@ -246,12 +282,13 @@ impl Served for Engine {
         // Other processes would wait for this one: it takes part, and says then why it has failed.
         let set = self.set_loads(loads);
         let instance = self.instance()?;
-        instance.command(&format!("run {substeps} pre no post no"))?;
-        for (array, at) in [(c"f", 6), (c"torque", 9)] {
-            let now = instance.rows_of_atoms::<3>(array)?.to_vec();
-            let rows = instance.rows_of_atoms::<COLUMNS>(HELD)?.iter_mut();
-            rows.zip(now).for_each(|(held, now)| held[at..at + 3].copy_from_slice(&now));
+        if substeps > 1 {
+            instance.command(&format!("run {} pre no post no", substeps - 1))?;
         }
+        for command in ["neigh_modify check no", "run 1 pre no post no", "neigh_modify check yes"] {
+            instance.command(command)?;
+        }
+        self.hold()?;
         set
     }
 
@@ -273,7 +310,7 @@ impl Served for Engine {
                 velocity: v[k],
                 angular_velocity: w[k],
                 contact_force: (three(held, 6) - force).into(),
-                contact_torque: (three(held, 9) / held[12] - torque).into(),
+                contact_torque: (three(held, 9) / held[RATIO] - torque).into(),
             };
             LoadedState { state, force: (force - gravity * mass[k]).into(), torque: torque.into() }
         };
