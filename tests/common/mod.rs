@@ -22,6 +22,13 @@ pub(crate) fn in_tree(path: &str) -> std::path::PathBuf {
     std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path)
 }
 
+/// True if LAMMPS is installed, which it must be if `TURBID_NEEDS_LAMMPS` is set, as `test.sh` does.
+pub(crate) fn has_lammps() -> bool {
+    let found = turbid::engine::lammps::load();
+    assert!(found.is_ok() || std::env::var_os("TURBID_NEEDS_LAMMPS").is_none(), "{found:?}");
+    found.is_ok()
+}
+
 /// Pseudo-random numbers from 0 to 1, the same ones in every run.
 pub(crate) fn random() -> impl FnMut() -> f64 {
     let mut state = 1_u64;

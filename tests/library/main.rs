@@ -8,6 +8,7 @@ mod determinism;
 mod examples;
 mod falling_sphere;
 mod fixed_bodies;
+mod lammps;
 #[cfg(feature = "liggghts")]
 mod liggghts;
 mod output;

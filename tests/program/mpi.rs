@@ -1,8 +1,6 @@
 //! Runs on the processes of an MPI job, end to end: the same bits as on threads, one voice, no process left waiting.
 
-#[cfg(feature = "liggghts")]
-use crate::common::column;
-use crate::common::{PROGRAM, Place, case, words};
+use crate::common::{PROGRAM, Place, case, column, has_lammps, words};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -55,7 +53,6 @@ fn liggghts_moves_the_particles_of_all_processes() {
 }
 
 /// The velocity of settling over time.
-#[cfg(feature = "liggghts")]
 fn settling(place: &Place) -> Vec<f64> {
     column(&place.path("out/series.csv"), "settling_velocity_over_stokes (-)")
 }
@@ -63,8 +60,21 @@ fn settling(place: &Place) -> Vec<f64> {
 #[cfg(feature = "liggghts")]
 #[test]
 fn liggghts_in_all_processes_settles_as_its_worker_does_and_resumes_on_another_number() {
+    settles_in_all_processes("liggghts");
+}
+
+#[test]
+fn lammps_in_all_processes_settles_as_its_worker_does_and_resumes_on_another_number() {
+    if has_lammps() {
+        settles_in_all_processes("lammps");
+    }
+}
+
+/// Fails unless this engine in all processes settles as in its worker, also after resuming on another number of processes.
+fn settles_in_all_processes(engine: &str) {
     let place = Place::new(&crowd(240));
-    let engine = ["--set", "dem.engine=liggghts"];
+    let process = format!("dem.{engine}.process=own");
+    let engine = ["--set", &format!("dem.engine={engine}")];
     on_threads(&place, "2", &engine);
     let expected = settling(&place);
     let agrees = |place: &Place, what: &str| {
@@ -74,7 +84,7 @@ fn liggghts_in_all_processes_settles_as_its_worker_does_and_resumes_on_another_n
             assert!((b / a - 1.0).abs() < 1e-6, "{what}: {a} {b}");
         }
     };
-    let run = ["run", "case.toml", "--overwrite", "--quiet", "--set", "dem.liggghts.process=own"];
+    let run = ["run", "case.toml", "--overwrite", "--quiet", "--set", &process];
     let all = [&run[..], &engine].concat();
     for processes in [1, 2, 4] {
         let output = turbid(&place, processes, &all);
@@ -84,11 +94,13 @@ fn liggghts_in_all_processes_settles_as_its_worker_does_and_resumes_on_another_n
         assert!(column(&place.path("out/series.csv"), "contacts (-)").iter().any(|contacts| *contacts > 1.0));
     }
     let more = ["--set", "run.end.steps=120", "--set", "output.checkpoint_every={ steps = 60 }"];
-    let output = turbid(&place, 3, &[&all[..], &more].concat());
-    assert!(output.status.success(), "{}", words(&output));
-    let output = turbid(&place, 2, &["resume", "out", "--quiet", "--set", "run.end.steps=240"]);
-    assert!(output.status.success(), "{}", words(&output));
-    agrees(&place, "resumed");
+    for processes in [1, 2] {
+        let output = turbid(&place, 3, &[&all[..], &more].concat());
+        assert!(output.status.success(), "{}", words(&output));
+        let output = turbid(&place, processes, &["resume", "out", "--quiet", "--set", "run.end.steps=240"]);
+        assert!(output.status.success(), "{}", words(&output));
+        agrees(&place, &format!("resumed on {processes}"));
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Runs with a program that moves the particles: the engine in Python end to end, and programs that break the protocol.
 
 use crate::common::child::{Guard, poll, rows};
-use crate::common::{Place, column, has, in_tree};
+use crate::common::{Place, column, has, has_lammps, in_tree};
 use std::fs;
 use std::io::Read;
 use std::time::Duration;
@@ -444,12 +444,9 @@ fn of_engine(name: &str, programs: &[&str], steps: u64) -> Place {
     place
 }
 
-/// Passes without doing anything where LAMMPS is not installed, unless `TURBID_NEEDS_LAMMPS` is set, as `test.sh` does.
 #[test]
 fn lammps_settles_as_the_native_engine_does_on_any_number_of_threads_and_resumes() {
-    let installed = fs::read_dir("/usr/lib").unwrap().flatten();
-    if !installed.map(|folder| folder.path().join("liblammps.so.0")).any(|library| library.exists()) {
-        assert!(std::env::var_os("TURBID_NEEDS_LAMMPS").is_none(), "no LAMMPS");
+    if !has_lammps() {
         return;
     }
     let run = ["run", "lammps/case.toml", "--allow-engine", "--quiet"];

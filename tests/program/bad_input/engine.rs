@@ -95,6 +95,31 @@ fn what_the_second_engine_cannot_represent_is_refused_when_the_case_is_read() {
 }
 
 #[test]
+fn what_lammps_cannot_represent_is_refused_when_the_case_is_read() {
+    let case = with_liggghts().replace("liggghts", "lammps");
+    let of_contact = |keys: &str| format!("[contact]\n{keys}\n[dem]");
+    let refuse = |old: &str, new: &str, said: &[&str]| all_refused_of(&case, &[(old, new, said)]);
+    refuse(
+        "engine = \"lammps\"",
+        "engine = \"lammps\"\nliggghts.timeout = 3",
+        &["bad.toml:20:10", "`dem.engine` is \"lammps\"", "engine = \"liggghts\" in [dem]"],
+    );
+    refuse("engine = \"lammps\"", "lammps.timeout = 3", &["bad.toml:20:1", "`dem.engine` is \"native\""]);
+    refuse("{ sphere = { diameter = 1.5e-3 } }", "{ cube = { edge = 1.5e-3 } }", &["LAMMPS", "spheres only"]);
+    refuse("[dem]", &of_contact("restitution = 0.1"), &["`contact.restitution` is 0.1", "from 0.12 to 1"]);
+    refuse("[dem]", &of_contact("cohesion = \"sjkr\""), &["`contact.cohesion`", "\"dmt\" and \"jkr\""]);
+    refuse("[dem]", &of_contact("rolling = \"constant_torque\""), &["`contact.rolling`", "remove it"]);
+    refuse(
+        "[dem]",
+        &of_contact("law = \"overlap_energy\""),
+        &["`contact.law`", "LAMMPS has a law of its own"],
+    );
+    let rod = "rod = { point = [3e-3, 3e-3, 3e-3], axis = [0, 0, 1], diameter = 1e-3 }";
+    let wall = format!("[[walls]]\nname = \"plate\"\n{rod}\n[dem]");
+    refuse("[dem]", &wall, &["the wall \"plate\" is a cylinder", "LAMMPS has planes"]);
+}
+
+#[test]
 fn walls_that_the_second_engine_does_not_have_are_refused_by_name() {
     let closed = with_liggghts().replace("size = {", "periodic = [false, false, false]\nsize = {");
     let dry = closed
@@ -236,8 +261,8 @@ fn an_engine_of_an_option_is_a_bare_word_and_its_mistakes_are_shown_there() {
     let with = |option: &'static str| ["check", "case.toml", "--set", option];
     place.well(&with("dem.engine=liggghts"));
     place.refused(
-        &with("dem.engine=lammps"),
-        &["option --set:1:12", "unknown choice `lammps`", "native, liggghts"],
+        &with("dem.engine=yade"),
+        &["option --set:1:12", "unknown choice `yade`", "native, liggghts, lammps"],
     );
     place.refused(&with("dem.liggghts.process=own"), &["option --set:1:", "`dem.engine` is \"native\""]);
 }
