@@ -44,7 +44,8 @@ impl EngineChoice {
     pub fn is_in_parts(&self) -> bool {
         match self {
             Self::Native => false,
-            Self::Liggghts(options) => options.process == LiggghtsProcess::Own,
+            Self::Liggghts(options) => options.process == EngineProcess::Own,
+            Self::Lammps(options) => options.process == EngineProcess::Own,
             Self::Process(options) => options.processes > 1,
         }
     }

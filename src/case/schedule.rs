@@ -370,7 +370,7 @@ fn output(document: &Document, known: &Known, end_step: u64) -> Result<OutputPla
 
 fn checkpoint_every(document: &Document, clock: Clock) -> Result<CheckpointSpacing> {
     let duration = match document.case.output.checkpoint_every {
-        // LIGGGHTS rounds differently once it has been saved, and others may: results would depend on how fast the machine is.
+        // LIGGGHTS and LAMMPS round differently once they have been saved, and others may: results would depend on how fast the machine is.
         None if !document.case.dem.engine.is_native() => return Ok(CheckpointSpacing::Never),
         None => return Ok(CheckpointSpacing::WallTime(CHECKPOINT_INTERVAL)),
         Some(CheckpointEvery::Never) => return Ok(CheckpointSpacing::Never),

@@ -206,7 +206,11 @@ class Lammps:
                 array = self.array(name)
                 array[:] = [c + factors[index] * (self.loads[index][at + i] - before[index][at + i])
                             for k, index in enumerate(self.indices) for i, c in enumerate(array[3 * k:3 * k + 3])]
-        self.command(f"run {substeps} pre no post no")
+        # To write a restart file LAMMPS finds its ghosts again, and then takes the partners of contacts from lists with the numbers of the
+        # ones before: these must be made in the last sub-step.
+        if substeps > 1:
+            self.command(f"run {substeps - 1} pre no post no")
+        self.command("neigh_modify check no", "run 1 pre no post no", "neigh_modify check yes")
         os.ftruncate(self.screen, 0)
         self.order()
         x, v, w, f, t = (list(self.array(name)) for name in (b"x", b"v", b"omega", b"f", b"torque"))

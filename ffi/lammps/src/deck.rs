@@ -150,7 +150,7 @@ fn law(contact: &ContactSection, a: usize, b: usize) -> Outcome<String> {
 /// Of Hertz's law with a dashpot `c sqrt(m F / d)` the damping is exactly `c = sqrt(5) beta`, `beta = -ln e / sqrt(ln^2 e + pi^2)`.
 fn tsuji(restitution: f64) -> Outcome<f64> {
     let log = restitution.ln();
-    let wanted = -5.0_f64.sqrt() * log / (log * log + PI * PI).sqrt();
+    let wanted = -5.0_f64.sqrt() * log / log.hypot(PI);
     if wanted > POLYNOMIAL[0] {
         return Err(format!(
             "a coefficient of restitution of {restitution} is too small: LAMMPS has those from 0.12"

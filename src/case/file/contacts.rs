@@ -144,15 +144,15 @@ impl ContactSection {
     pub(in crate::case) fn native_only(&self, engine: &EngineSection) -> Option<(&'static str, String)> {
         let law = matches!(self.law, ElasticLaw::OverlapVolume | ElasticLaw::Hertz);
         let damping = matches!(self.damping, DampingLaw::HuntCrossley | DampingLaw::Tsuji);
-        let cohesion = |known: &[CohesionLaw]| !known.contains(&self.cohesion);
-        use CohesionLaw::{Dmt, Jkr, None as Free, Sjkr};
+        let cohesion =
+            |known: &[CohesionLaw]| self.cohesion != CohesionLaw::None && !known.contains(&self.cohesion);
         let (named, rolling, cohesion) = match engine {
             EngineSection::Named(EngineKind::Native) => return None,
-            EngineSection::Named(EngineKind::Liggghts) => (true, false, cohesion(&[Free, Sjkr])),
+            EngineSection::Named(EngineKind::Liggghts) => (true, false, cohesion(&[CohesionLaw::Sjkr])),
             EngineSection::Named(EngineKind::Lammps) => {
-                (true, self.rolling.is_given(), cohesion(&[Free, Dmt, Jkr]))
+                (true, self.rolling.is_given(), cohesion(&[CohesionLaw::Dmt, CohesionLaw::Jkr]))
             }
-            EngineSection::Process(_) => (false, self.rolling.is_given(), cohesion(&[Free])),
+            EngineSection::Process(_) => (false, self.rolling.is_given(), cohesion(&[])),
         };
         let found = [
             ("contact.geometry", json!(self.geometry), self.geometry == GeometryKind::Sampled),

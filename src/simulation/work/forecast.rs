@@ -14,7 +14,7 @@ use super::{Work, costs};
 use crate::coupling::{CONTROL_INTERVAL, Coupling};
 use crate::dem::assign::GhostLayer;
 use crate::domain::Decomposition;
-use crate::engine::{EngineChoice, LiggghtsProcess};
+use crate::engine::EngineChoice;
 use crate::fluid::CHUNK;
 use crate::lattice::C;
 use crate::math::Vec3;
@@ -141,18 +141,18 @@ impl Work<'_> {
 
     /// The rank with the part of an external engine that has a particle: at the start, as it moves with the engine's own blocks.
     fn holder(&self, cut: &Decomposition, position: Vec3, owner: usize) -> usize {
-        match &self.setup.engine {
-            EngineChoice::Liggghts(options) if options.process == LiggghtsProcess::Own => {
-                let size = self.setup.domain.size();
-                // Equal blocks.
-                cut.rank_of(std::array::from_fn(|axis| {
-                    let blocks = cut.grid[axis];
-                    ((position[axis] / size[axis] * blocks as f64) as usize).min(blocks - 1)
-                }))
-            }
-            EngineChoice::Process(options) => owner * options.processes.clamp(1, cut.ranks()) / cut.ranks(),
-            _ => 0,
+        if let EngineChoice::Process(options) = &self.setup.engine {
+            return owner * options.processes.clamp(1, cut.ranks()) / cut.ranks();
         }
+        if !self.setup.engine.is_in_parts() {
+            return 0;
+        }
+        // LIGGGHTS and LAMMPS have equal blocks.
+        let size = self.setup.domain.size();
+        cut.rank_of(std::array::from_fn(|axis| {
+            let blocks = cut.grid[axis];
+            ((position[axis] / size[axis] * blocks as f64) as usize).min(blocks - 1)
+        }))
     }
 
     fn by_rank(&self, cut: &Decomposition) -> Vec<RankForecast> {
