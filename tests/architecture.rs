@@ -84,6 +84,9 @@ const ONLY_WRITTEN: &str = "simulation/references";
 /// The module that may write to the terminal.
 const MAY_PRINT: &str = "cli";
 
+/// The file that writes what LAMMPS says before it ends the process, to which nothing can be returned.
+const LAST_WORDS: &str = "ffi/lammps/src/screen.rs";
+
 #[test]
 fn modules_use_what_the_table_allows_and_all_of_it() {
     let mut wrong = String::new();
@@ -169,7 +172,7 @@ fn only_the_command_line_writes_to_the_terminal() {
     let mut wrong = String::new();
     for file in sources() {
         // What tests print is captured.
-        if file.is_test() || file.is_in(MAY_PRINT) {
+        if file.is_test() || file.is_in(MAY_PRINT) || file.path == LAST_WORDS {
             continue;
         }
         visit(file.tokens.clone(), &mut |tokens, at| {

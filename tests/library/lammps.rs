@@ -1,6 +1,6 @@
 //! LAMMPS behind the engine trait, in processes of its own: motion, contacts and saving.
 
-use crate::common::{PROGRAM, has_lammps};
+use crate::common::{PROGRAM, has, has_lammps, words};
 use std::sync::Arc;
 use turbid::comm::Comm;
 use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Material, PairParams};
@@ -162,4 +162,29 @@ fn what_lammps_refuses_comes_back_in_its_own_words() {
     for words in ["LAMMPS refuses", "exit code 1", "Cannot use wall in periodic dimension"] {
         assert!(said.contains(words), "{said}");
     }
+}
+
+/// Set in the process that LAMMPS is to end.
+const ENDED: &str = "TURBID_TEST_ENDED_BY_LAMMPS";
+
+#[test]
+fn in_this_process_lammps_says_why_it_ends_the_run() {
+    if !has_lammps() {
+        return;
+    }
+    if std::env::var_os(ENDED).is_some() {
+        let walls = vec![floor(RADIUS)];
+        let contact = Some(contact(0.7, 0.3));
+        let params = ExternalParams { walls, contact, ..lammps::params(true, None, None, Arc::default()) };
+        let refused = engine(params, [true; 3], &[moving(1, [4e-3, 4e-3, 4e-3], [0.0; 3])]);
+        panic!("LAMMPS has ended nothing: {refused:?}");
+    }
+    let output = std::process::Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "lammps::in_this_process_lammps_says_why_it_ends_the_run", "--nocapture"])
+        .env(ENDED, "1")
+        .output()
+        .unwrap();
+    let said = words(&output);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    has(&said, &["error: LAMMPS has failed: ERROR: Cannot use wall in periodic dimension"]);
 }

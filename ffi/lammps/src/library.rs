@@ -15,13 +15,13 @@ pub(crate) use turbid_process::Outcome;
 /// Name of the library.
 const NAME: &str = "liblammps.so.0";
 
-/// What `lammps_extract_compute` is asked for: numbers by pair.
+/// Argument of `lammps_extract_compute`: numbers by pair.
 const LOCAL: c_int = 2;
-/// What `lammps_extract_fix` is asked for: numbers by atom.
+/// Argument of `lammps_extract_fix`: numbers by atom.
 const BY_ATOM: c_int = 1;
-/// The number of rows.
+/// Argument of both: the number of rows.
 const ROWS: c_int = 0;
-/// The rows.
+/// Argument of both: the rows.
 const ARRAY: c_int = 2;
 
 type Handle = *mut c_void;
@@ -177,7 +177,7 @@ impl Instance {
         Ok(instance)
     }
 
-    /// What it prints from here on is of no interest, unless it fails.
+    /// Ends the log: only an error is printed from here on.
     pub(crate) fn set_up_ends(&self) {
         self.screen.set_log(None);
     }

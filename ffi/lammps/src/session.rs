@@ -62,7 +62,7 @@ pub(crate) struct Engine {
     time_step: f64,
 }
 
-/// What a simulation is read back from.
+/// Source of a simulation that is read back.
 #[derive(Clone, Copy, Debug)]
 struct Saved<'a> {
     time_step: f64,

@@ -1,4 +1,4 @@
-//! What engines of spheres have in common: kinds, ids from 1, planes across the axes, and files without a name.
+//! Common parts of engines of spheres: kinds, ids from 1, planes across the axes, and files without a name.
 
 use crate::message::Outcome;
 use crate::setup::{SetUp, ShapeSection, TemplateSection, WallSection};
