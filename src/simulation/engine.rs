@@ -1,5 +1,8 @@
 //! The engine that a case asks for.
 
+mod whole;
+
+use super::run;
 use crate::case::Setup;
 use crate::comm::Comm;
 use crate::dem::{DemEngine, Native, NativeParams};
@@ -11,15 +14,27 @@ use crate::memory;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use whole::Whole;
 
 /// The engine that a case asks for, with its particles at the start, on one rank; `log` is the file for what it prints. A program that
-/// the case names may run.
+/// the case names may run. An engine [in parts](EngineChoice::is_in_parts) has one in each process of an MPI job, and every process sees
+/// it as a whole: its calls are collective then.
 ///
 /// # Errors
-/// As [`with_any_engine`](super::Simulation::with_any_engine).
+/// As [`with_any_engine`](super::Simulation::with_any_engine); [`Error::Input`](crate::Error::Input) if the box has no room for blocks of these processes.
 pub fn engine_of(setup: &Setup, log: Option<PathBuf>) -> Result<Box<dyn DemEngine>> {
     let context = Context { allowed: true, log, ..Context::default() };
-    engine(setup, &Decomposition::solo(setup.domain), &Comm::Solo, &context)
+    let solo = || engine(setup, &Decomposition::solo(setup.domain), &Comm::Solo, &context);
+    if !setup.engine.is_in_parts() {
+        return solo();
+    }
+    let comm = run::job()?;
+    if comm.size() == 1 {
+        return solo();
+    }
+    let cut = run::decompose(setup)?;
+    let parts = engine(setup, &cut, &comm, &context)?;
+    Ok(Box::new(Whole::new(parts, comm)))
 }
 
 /// Copies of what an engine has saved while a checkpoint is written.

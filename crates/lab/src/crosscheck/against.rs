@@ -6,9 +6,12 @@ use crate::checks::suite::Context;
 use crate::checks::{EngineName, prepare};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
+use turbid::comm;
 use turbid::domain::Decomposition;
 use turbid::engine::process::{External, ExternalParams};
-use turbid::engine::{HAS_LIGGGHTS, LiggghtsOptions, ProcessOptions, liggghts_is_missing};
+use turbid::engine::{
+    EngineProcess, HAS_LIGGGHTS, LammpsOptions, LiggghtsOptions, ProcessOptions, liggghts_is_missing,
+};
 use turbid::output::write_bytes;
 
 /// Stands for the name of the other engine in texts, until [`Against::judged`] puts it there.
@@ -65,8 +68,10 @@ const HALF_A_STEP: &str = "positions move with the velocity after the kick: half
 #[derive(Clone, Debug)]
 pub struct Against {
     pub name: EngineName,
-    /// The program; none for LIGGGHTS.
+    /// The program; none for the engine that follows.
     program: Option<ProcessOptions>,
+    /// An engine of Turbid.
+    own: EngineChoice,
     /// True if its forces belong to the positions before the last sub-step.
     pub(super) late: bool,
     /// Directory for its logs, if they are kept.
@@ -75,7 +80,8 @@ pub struct Against {
 
 impl Against {
     pub fn liggghts() -> Self {
-        Self { name: LIGGGHTS, program: None, late: false, logs: None }
+        let own = EngineChoice::Liggghts(LiggghtsOptions::default());
+        Self { name: LIGGGHTS, program: None, own, late: false, logs: None }
     }
 
     /// This program, or the engine with this id; its logs and files are in `directory`.
@@ -88,8 +94,11 @@ impl Against {
             let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
             let program =
                 ProcessOptions { command, folder, timeout: TIMEOUT, processes: 1, refusal: String::new() };
-            Self { name, program: Some(program), late, logs: logs.clone() }
+            Self { name, program: Some(program), own: EngineChoice::Native, late, logs: logs.clone() }
         };
+        if comm::launched().is_some_and(|launched| launched.size > 1) {
+            return Self::in_parts(engine, command, logs);
+        }
         if !command.is_empty() {
             // Forces at the last sub-step are most often those before its motion.
             return Ok(run(PROGRAM, command.to_vec(), Path::new("."), true));
@@ -103,6 +112,28 @@ impl Against {
             };
         };
         Ok(run(name, command.map(String::from).to_vec(), &directory.join("engines"), late))
+    }
+
+    /// The engine with this id in all processes of an MPI job.
+    fn in_parts(engine: &str, command: &[String], logs: Option<PathBuf>) -> Result<Self> {
+        let process = EngineProcess::Own;
+        let (name, own) = match engine {
+            "liggghts" if HAS_LIGGGHTS => {
+                (LIGGGHTS, EngineChoice::Liggghts(LiggghtsOptions { process, ..LiggghtsOptions::default() }))
+            }
+            "lammps" => {
+                (PROGRAMS[0].0, EngineChoice::Lammps(LammpsOptions { process, ..LammpsOptions::default() }))
+            }
+            _ => {
+                let what = "in several processes LIGGGHTS and LAMMPS are compared, no other engine";
+                return Err(Error::Input(what.to_owned()));
+            }
+        };
+        if command.is_empty() {
+            Ok(Self { name, program: None, own, late: false, logs })
+        } else {
+            Err(Error::Input("a program is compared in one process alone".to_owned()))
+        }
     }
 
     /// Makes the directories for logs, and writes the files of the program, if this one has brought them along.
@@ -128,8 +159,8 @@ impl Against {
         let mut system = self.with_usual_laws(system);
         match (&self.program, &system.engine) {
             (Some(program), _) => system.engine = EngineChoice::Process(program.clone()),
-            (None, EngineChoice::Liggghts(_)) => {}
-            (None, _) => system.engine = EngineChoice::Liggghts(LiggghtsOptions::default()),
+            (None, EngineChoice::Liggghts(_)) if !self.own.is_in_parts() => {}
+            (None, _) => system.engine = self.own.clone(),
         }
         engine_of(&system, self.log(&system))
     }
