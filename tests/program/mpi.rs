@@ -104,6 +104,19 @@ fn settles_in_all_processes(engine: &str) {
 }
 
 #[test]
+fn liggghts_and_lammps_in_2_processes_pass_their_cross_checks() {
+    for engine in ["liggghts", "lammps"].into_iter().filter(|engine| *engine == "liggghts" || has_lammps()) {
+        let place = Place::empty();
+        let cases =
+            ["--case", "static-pair", "--case", "sticking", "--case", "periodic", "--case", "free-flight"];
+        let arguments = [&["crosscheck", "--engine", engine, "--out", "out"][..], &cases].concat();
+        let output = turbid(&place, 2, &arguments);
+        let said = words(&output);
+        assert!(output.status.success() && said.matches("checks passed").count() == 1, "{said}");
+    }
+}
+
+#[test]
 fn a_failure_is_said_once_and_ends_all_processes_with_its_exit_code() {
     let place = Place::new(&crowd(60));
     // Far too stiff and fast for the time step.

@@ -336,7 +336,12 @@ fn place_in_job(command: &Command) -> Option<ExitCode> {
     if processes < 2 {
         return None;
     }
-    if !matches!(command, Command::Run(_) | Command::Resume(_) | Command::Bench(_)) {
+    let is_for_all = match command {
+        Command::Run(_) | Command::Resume(_) | Command::Bench(_) => true,
+        Command::Crosscheck(arguments) => arguments.is_for_all_processes(),
+        _ => false,
+    };
+    if !is_for_all {
         return (!terminal::speaks()).then_some(ExitCode::SUCCESS);
     }
     if cfg!(feature = "mpi") {

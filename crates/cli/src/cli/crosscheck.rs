@@ -6,6 +6,7 @@ use clap::Args;
 use clap::builder::PossibleValuesParser;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use turbid::comm;
 use turbid::error::{Error, Result};
 use turbid_lab::checks::suite::{Level, run};
 use turbid_lab::checks::{self, Ending, Outcome, Score};
@@ -45,13 +46,30 @@ pub(super) struct CrosscheckArguments {
     time: Option<f64>,
 }
 
+impl CrosscheckArguments {
+    /// True if the other engine can have a part in each process of an MPI job.
+    pub(super) fn is_for_all_processes(&self) -> bool {
+        let has_parts = ["liggghts", "lammps"].contains(&self.engine.as_str());
+        has_parts && self.engine_command.is_empty() && self.file.is_none() && !self.list
+    }
+}
+
 /// Lists the suite, or runs it or a case; returns true if all checks passed.
 pub(super) fn crosscheck(arguments: &CrosscheckArguments) -> Result<bool> {
     if arguments.list {
         say(&crosscheck::list());
         return Ok(true);
     }
-    let against = Against::chosen(&arguments.engine, &arguments.engine_command, &arguments.out)?;
+    let several = comm::launched().is_some_and(|launched| launched.size > 1);
+    let parts = if several && arguments.is_for_all_processes() {
+        Against::in_parts(&arguments.engine, &arguments.out)?
+    } else {
+        None
+    };
+    let against = match parts {
+        Some(parts) => parts,
+        None => Against::chosen(&arguments.engine, &arguments.engine_command, &arguments.out)?,
+    };
     let start = Instant::now();
     let outcomes = match &arguments.file {
         Some(file) => own(arguments, file, &against)?,

@@ -6,7 +6,6 @@ use crate::checks::suite::Context;
 use crate::checks::{EngineName, prepare};
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::path::{Path, PathBuf};
-use turbid::comm;
 use turbid::domain::Decomposition;
 use turbid::engine::process::{External, ExternalParams};
 use turbid::engine::{
@@ -96,9 +95,6 @@ impl Against {
                 ProcessOptions { command, folder, timeout: TIMEOUT, processes: 1, refusal: String::new() };
             Self { name, program: Some(program), own: EngineChoice::Native, late, logs: logs.clone() }
         };
-        if comm::launched().is_some_and(|launched| launched.size > 1) {
-            return Self::in_parts(engine, command, logs);
-        }
         if !command.is_empty() {
             // Forces at the last sub-step are most often those before its motion.
             return Ok(run(PROGRAM, command.to_vec(), Path::new("."), true));
@@ -114,26 +110,23 @@ impl Against {
         Ok(run(name, command.map(String::from).to_vec(), &directory.join("engines"), late))
     }
 
-    /// The engine with this id in all processes of an MPI job.
-    fn in_parts(engine: &str, command: &[String], logs: Option<PathBuf>) -> Result<Self> {
+    /// The engine with this id in all processes of an MPI job, if there is one: LIGGGHTS or LAMMPS.
+    ///
+    /// # Errors
+    /// That of [`liggghts_is_missing`].
+    pub fn in_parts(engine: &str, directory: &Path) -> Result<Option<Self>> {
         let process = EngineProcess::Own;
         let (name, own) = match engine {
             "liggghts" if HAS_LIGGGHTS => {
                 (LIGGGHTS, EngineChoice::Liggghts(LiggghtsOptions { process, ..LiggghtsOptions::default() }))
             }
+            "liggghts" => return Err(liggghts_is_missing("`turbid crosscheck --engine liggghts`")),
             "lammps" => {
                 (PROGRAMS[0].0, EngineChoice::Lammps(LammpsOptions { process, ..LammpsOptions::default() }))
             }
-            _ => {
-                let what = "in several processes LIGGGHTS and LAMMPS are compared, no other engine";
-                return Err(Error::Input(what.to_owned()));
-            }
+            _ => return Ok(None),
         };
-        if command.is_empty() {
-            Ok(Self { name, program: None, own, late: false, logs })
-        } else {
-            Err(Error::Input("a program is compared in one process alone".to_owned()))
-        }
+        Ok(Some(Self { name, program: None, own, late: false, logs: Some(directory.join("logs")) }))
     }
 
     /// Makes the directories for logs, and writes the files of the program, if this one has brought them along.
