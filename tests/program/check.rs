@@ -65,7 +65,7 @@ fn of_populations_in_16_bits_it_is_said_where_they_are_good_enough() {
 fn each_of_a_few_ranks_is_listed_with_its_cells_particles_and_neighbours() {
     for ranks in [1, 2, 5, 8] {
         let lines = said(&ranks.to_string());
-        // rank, x, "x", y, "x", z, cells, covered, particles, ghosts, contacts, work, "ms", sends, "kB", to ...
+        // rank, x, "x", y, "x", z, cells, covered, particles, ghosts, contacts, memory, "MB", work, "ms", sends, "kB", to ...
         let rows: Vec<Vec<String>> = lines[2..2 + ranks]
             .iter()
             .map(|line| line.split_whitespace().map(str::to_owned).collect())
@@ -78,17 +78,18 @@ fn each_of_a_few_ranks_is_listed_with_its_cells_particles_and_neighbours() {
         assert_eq!(edges, column(6)[0]);
         for (rank, row) in rows.iter().enumerate() {
             // "1: 12.3 + 0.4, 3: ..."
-            let to = row[15..].join(" ");
+            let to = row[17..].join(" ");
             let mut total = 0.0;
             for entry in to.split(", ").filter(|entry| !entry.is_empty()) {
                 let (peer, bytes) = entry.split_once(": ").unwrap();
                 let peer: usize = peer.parse().unwrap();
                 assert!(peer < ranks && peer != rank);
-                let there = rows[peer][15..].join(" ");
+                let there = rows[peer][17..].join(" ");
                 assert!(there.contains(&format!("{rank}: ")), "{rank} -> {peer}: {there}");
                 total += bytes.split(" + ").map(|n| n.parse::<f64>().unwrap()).sum::<f64>();
             }
-            let sends: f64 = row[13].parse().unwrap();
+            let sends: f64 = row[15].parse().unwrap();
+            assert!(row[11].parse::<f64>().unwrap() > 0.0, "{row:?}");
             assert!((total - sends).abs() < 0.11 * ranks as f64, "{total} {sends}");
             assert_eq!(ranks == 1, to.is_empty());
         }

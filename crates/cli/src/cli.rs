@@ -189,7 +189,7 @@ struct CheckArguments {
     case: Option<PathBuf>,
     #[command(flatten)]
     changes: Changes,
-    /// Also show the cells, work and messages of each of N ranks (threads or MPI processes).
+    /// Also show the cells, memory, work and messages of each of N ranks (threads or MPI processes).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     ranks: Option<u64>,
     /// Print the JSON schema of case files instead.

@@ -18,6 +18,7 @@ use crate::engine::EngineChoice;
 use crate::fluid::CHUNK;
 use crate::lattice::C;
 use crate::math::Vec3;
+use crate::memory;
 use crate::particle::Particle;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -64,6 +65,8 @@ pub struct RankForecast {
     pub contacts: usize,
     /// Work (s of one thread).
     pub work: f64,
+    /// Memory of its cells and particles during the run (bytes), estimated.
+    pub memory: f64,
     /// Data that it sends, by receiver.
     pub sends: BTreeMap<usize, Traffic>,
 }
@@ -101,6 +104,8 @@ pub struct Forecast {
     pub alone: f64,
     /// Messages of a step to ranks that do not know the sender: those to and from an external engine.
     pub routes: usize,
+    /// Memory in each process for the particles of all ranks, from the start on (bytes).
+    pub everywhere: f64,
 }
 
 impl Forecast {
@@ -136,7 +141,9 @@ impl Work<'_> {
     pub(crate) fn forecast(&self, cut: &Decomposition) -> Forecast {
         let whole = Decomposition::solo(cut.domain);
         let routes = if self.setup.engine == EngineChoice::Native || cut.ranks() == 1 { 0 } else { 2 };
-        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone: self.by_rank(&whole)[0].work, routes }
+        let everywhere = (size_of::<Particle>() * self.bodies.len()) as f64;
+        let alone = self.by_rank(&whole)[0].work;
+        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone, routes, everywhere }
     }
 
     /// The rank with the part of an external engine that has a particle: at the start, as it moves with the engine's own blocks.
@@ -195,6 +202,10 @@ impl Work<'_> {
                     }
                 }
             }
+        }
+        let per_cell = if self.has_fluid() { costs::bytes_per_cell(self.setup.plan.precision) } else { 0.0 };
+        for rank in &mut ranks {
+            rank.memory = per_cell * rank.cells() as f64 + memory::PER_PARTICLE * rank.particles as f64;
         }
         for (_, from, to) in routed {
             ranks[from].sends.entry(to).or_default().messages += 1;

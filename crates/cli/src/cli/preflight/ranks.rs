@@ -1,5 +1,6 @@
 //! Forecast of the work and the messages of every rank in a time step.
 
+use crate::cli::machine::in_bytes;
 use crate::cli::terminal::columns;
 use turbid::case::Setup;
 use turbid::engine::EngineChoice;
@@ -22,6 +23,11 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
             percent(forecast.efficiency()),
             "with 2 us per message and 10 GB/s, nothing hidden behind work".into(),
         ],
+        vec![
+            "  of all particles".into(),
+            in_bytes(forecast.everywhere),
+            "in each process of MPI, or once for all threads".into(),
+        ],
     ]));
     if setup.engine.is_in_parts() {
         lines.push("  with the messages to and from the engine, without those among its processes".into());
@@ -33,7 +39,8 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
 
 /// A row for each rank and for what it sends to each neighbour.
 fn each(ranks: &[RankForecast]) -> String {
-    let heads = ["  rank", "block", "cells", "covered", "particles", "ghosts", "contacts", "work", "sends"];
+    let heads =
+        ["  rank", "block", "cells", "covered", "particles", "ghosts", "contacts", "memory", "work", "sends"];
     let mut rows = vec![heads.map(String::from).to_vec()];
     rows[0].push("to (populations + particles)".to_string());
     for (rank, forecast) in ranks.iter().enumerate() {
@@ -49,6 +56,7 @@ fn each(ranks: &[RankForecast]) -> String {
             forecast.particles.to_string(),
             forecast.ghosts.to_string(),
             forecast.contacts.to_string(),
+            in_bytes(forecast.memory),
             in_milliseconds(forecast.work),
             in_kilobytes(forecast.bytes()) + " kB",
             to.join(", "),
@@ -62,12 +70,13 @@ type Quantity = (&'static str, fn(&RankForecast) -> f64, fn(f64) -> String);
 
 /// Least, mean and most of everything, and the rank with the most.
 fn extremes(ranks: &[RankForecast]) -> String {
-    let quantities: [Quantity; 9] = [
+    let quantities: [Quantity; 10] = [
         ("cells", |rank| rank.cells() as f64, whole),
         ("covered cells", |rank| rank.covered, whole),
         ("particles", |rank| rank.particles as f64, whole),
         ("ghosts", |rank| rank.ghosts as f64, whole),
         ("contacts", |rank| rank.contacts as f64, whole),
+        ("memory", |rank| rank.memory, in_bytes),
         ("work", |rank| rank.work, in_milliseconds),
         ("neighbours", |rank| rank.sends.len() as f64, whole),
         ("bytes sent", |rank| rank.bytes() as f64, whole),
