@@ -1,6 +1,6 @@
 //! Runs on the processes of an MPI job, end to end: the same bits as on threads, one voice, no process left waiting.
 
-use crate::common::{PROGRAM, Place, case, column, has_lammps, words};
+use crate::common::{PROGRAM, Place, case, column, has_lammps, in_tree, words};
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -42,6 +42,33 @@ fn two_three_and_five_processes_find_the_bits_of_one_thread() {
 }
 
 #[cfg(feature = "liggghts")]
+#[test]
+fn a_run_of_64_processes_resumes_on_27_with_the_bits_of_2_threads() {
+    let place = Place::empty();
+    std::fs::copy(in_tree("cases/hindered_settling.toml"), place.path("case.toml")).unwrap();
+    let run = [
+        "run",
+        "case.toml",
+        "--quiet",
+        "--out",
+        "out",
+        "--set",
+        "output.picture_every=never",
+        "--set",
+        "output.checkpoint_every={ steps = 12 }",
+    ];
+    let [half, whole] = [["--set", "run.end={ steps = 12 }"], ["--set", "run.end={ steps = 24 }"]];
+    for (processes, arguments) in
+        [(64, [&run[..], &half].concat()), (27, [&["resume", "out", "--quiet"][..], &whole].concat())]
+    {
+        let output = turbid(&place, processes, &arguments);
+        assert!(output.status.success(), "{}", words(&output));
+    }
+    let hash = place.summary("out")["state_hash"].clone();
+    place.well(&[&run[..], &whole, &["--threads", "2", "--overwrite"]].concat());
+    assert_eq!(place.summary("out")["state_hash"], hash);
+}
+
 #[test]
 fn liggghts_moves_the_particles_of_all_processes() {
     let place = Place::new(&crowd(60));
