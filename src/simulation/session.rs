@@ -2,7 +2,7 @@
 
 use super::caller::all_or_words;
 use super::entrances::nearest_step;
-use super::observe::{all_fields, all_particles};
+use super::observe::all_fields;
 use super::run::{all_good, decompose_for};
 use super::{Fields, Simulation};
 use crate::case::Setup;
@@ -43,7 +43,7 @@ pub struct Session {
     is_of_several: bool,
     ranks: Mutex<Vec<Sender<Job>>>,
     thread: Mutex<Option<JoinHandle<Result<()>>>>,
-    /// Ids of the particles that the caller has set last.
+    /// Ids of the particles that the caller has set last; of one process alone, those of all.
     held: Mutex<Option<Arc<[u64]>>>,
     /// The process that has these threads.
     process: u32,
@@ -135,7 +135,14 @@ impl Session {
         let here = if job.is_some() { 1 } else { cut.ranks() };
         let (ranks, jobs): (Vec<_>, Vec<_>) = (0..here).map(|_| channel()).unzip();
         let jobs: Vec<_> = jobs.into_iter().map(Mutex::new).collect();
-        let block = cut.block(job.as_ref().map_or(0, Comm::rank));
+        let is_of_several = job.is_some();
+        let block = match &job {
+            Some(comm) => cut.block(comm.rank()),
+            None => Block { lo: [0; 3], hi: cut.domain.cells },
+        };
+        let mut all: Vec<u64> = setup.particles.iter().map(|particle| particle.id).collect();
+        all.sort_unstable();
+        let held = (!is_of_several).then(|| all.into());
         let (of_case, of_ranks) = (setup.clone(), cut.clone());
         let start = move || match job {
             Some(comm) => of_job(|| serve(new(&of_case, &of_ranks, comm), &jobs[0])),
@@ -153,15 +160,14 @@ impl Session {
         let thread = Builder::new().name("turbid".into()).spawn(start);
         let refused = |error| Error::Input(format!("cannot start a thread: {error}"));
         let thread = Mutex::new(Some(thread.map_err(refused)?));
-        let whole = Block { lo: [0; 3], hi: cut.domain.cells };
         let session = Self {
             setup,
-            is_of_several: communicator.is_some(),
-            block: if communicator.is_some() { block } else { whole },
+            is_of_several,
+            block,
             cut,
             ranks: Mutex::new(ranks),
             thread,
-            held: Mutex::default(),
+            held: Mutex::new(held),
             process: std::process::id(),
         };
         session.on_ranks(|_| Ok(()))?;
@@ -286,11 +292,15 @@ impl Session {
             let held = match &held {
                 Some(held) if has_caller(simulation) => held.clone(),
                 Some(_) => Arc::default(),
-                None if simulation.comm.ranks_per_process() == 1 => ids(simulation.particles()),
-                None => ids(&all_particles(simulation, |_| true)),
+                None => ids(simulation.particles()),
             };
             body(simulation, &held)
         })
+    }
+
+    /// Number of particles of this process.
+    pub fn count(&self) -> Result<usize> {
+        self.on_held(|_, held| Ok(held.len()))
     }
 
     /// The particles of this process; see [`Simulation::particles`].

@@ -190,7 +190,7 @@ pub unsafe extern "C" fn turbid_get_info(handle: Handle, info: *mut Info) -> i32
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn turbid_get_count(handle: Handle, count: *mut usize) -> i32 {
     // SAFETY: the same contract.
-    guard(|| unsafe { put("count", count, 1, &[find(handle)?.particles()?.len()], false) })
+    guard(|| unsafe { put("count", count, 1, &[find(handle)?.count()?], false) })
 }
 
 /// First cell of this process along x, y, z, and the one after the last: of the whole box, unless it is one of several on a communicator.

@@ -224,18 +224,12 @@ impl Engine {
     fn set_loads(&mut self, loads: &[AppliedLoad]) -> Outcome<()> {
         let gravity = self.gravity;
         let instance = self.instance.as_mut().ok_or("LAMMPS has not been set up")?;
-        let ids = instance.of_atoms::<i32>(c"id")?;
-        self.order.note(ids);
-        let places = || self.order.places.iter().map(|&k| k as usize);
-        let are_those =
-            ids.len() == loads.len() && places().zip(loads).all(|(k, load)| id_of(ids[k]) == load.id);
-        if !are_those {
-            return Err("the loads are not those of its particles".to_owned());
-        }
+        self.order.note_loaded(instance.of_atoms::<i32>(c"id")?, loads)?;
+        let places = self.order.places.iter().map(|&k| k as usize);
         let mass = instance.of_atoms::<f64>(c"rmass")?.to_vec();
         let mut change = vec![[Vec3::zeros(); 2]; loads.len()];
         let held = instance.rows_of_atoms::<COLUMNS>(HELD)?;
-        for (k, load) in places().zip(loads) {
+        for (k, load) in places.zip(loads) {
             let now = [Vec3::from(load.force) + gravity * mass[k], load.torque.into()];
             let held = &mut held[k];
             change[k] = [now[0] - three(held, 0), (now[1] - three(held, 3)) * held[RATIO]];
@@ -264,7 +258,7 @@ impl Served for Engine {
 
     fn set_up(&mut self, case: SetUp, bodies: Vec<Body>) -> Outcome<()> {
         self.kinds = kinds(&case)?;
-        let grid = if self.seat.communicator.is_some() { self.seat.grid } else { [1; 3] };
+        let grid = self.seat.blocks();
         (self.plan, self.gravity) = (plan(&case, &self.kinds, grid)?, case.gravity.into());
         self.bodies = bodies;
         self.open(None)

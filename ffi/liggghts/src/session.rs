@@ -86,7 +86,7 @@ impl Served for Engine {
     fn set_up(&mut self, case: SetUp, bodies: Vec<Body>) -> Outcome<()> {
         self.kinds = kinds(&case)?;
         let smallest = self.kinds.iter().map(|kind| kind.radius).fold(f64::INFINITY, f64::min);
-        let grid = if self.seat.communicator.is_some() { self.seat.grid } else { [1; 3] };
+        let grid = self.seat.blocks();
         (self.plan, self.gravity) = (deck::plan(&case, smallest, grid)?, case.gravity.into());
         (self.bodies, self.contact) = (bodies, case.contact);
         self.open(&[])
@@ -243,13 +243,8 @@ impl Session {
     /// Sets the loads of the coming step, by ascending id.
     fn set_loads(&mut self, loads: &[AppliedLoad], gravity: Vec3) -> Outcome<()> {
         let arrays = self.instance.arrays()?;
-        self.order.note(arrays.id);
+        self.order.note_loaded(arrays.id, loads)?;
         let places = self.order.places.iter().map(|&k| k as usize);
-        let are_those = arrays.id.len() == loads.len()
-            && places.clone().zip(loads).all(|(k, load)| id_of(arrays.id[k]) == load.id);
-        if !are_those {
-            return Err("the loads are not those of its particles".to_owned());
-        }
         let mass = arrays.mass.to_vec();
         let weighted = |k: usize, load: &AppliedLoad| -> [f64; 3] {
             (Vec3::from(load.force) + gravity * mass[k]).into()

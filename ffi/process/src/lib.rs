@@ -110,6 +110,13 @@ pub struct Seat {
     pub grid: [usize; 3],
 }
 
+impl Seat {
+    /// Blocks of an engine that cuts the box as Turbid does: one of an engine alone.
+    pub fn blocks(&self) -> [usize; 3] {
+        if self.communicator.is_some() { self.grid } else { [1; 3] }
+    }
+}
+
 impl ExternalParams {
     /// Of this engine, with nothing to move yet.
     pub fn new(name: &'static str, label: String, host: Host) -> Self {

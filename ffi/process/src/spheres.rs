@@ -1,6 +1,6 @@
 //! Common parts of engines of spheres: kinds, ids from 1, planes across the axes, and files without a name.
 
-use crate::message::Outcome;
+use crate::message::{AppliedLoad, Outcome};
 use crate::setup::{SetUp, ShapeSection, TemplateSection, WallSection};
 use std::fs::File;
 use std::os::fd::AsRawFd;
@@ -72,6 +72,18 @@ impl Order {
             self.places = (0..ids.len() as u32).collect();
             self.places.sort_unstable_by_key(|&k| ids[k as usize]);
         }
+    }
+
+    /// Takes note of the ids, which must be those of the loads, one for each particle by ascending id.
+    ///
+    /// # Errors
+    /// Loads of other particles.
+    pub fn note_loaded(&mut self, ids: &[i32], loads: &[AppliedLoad]) -> Outcome<()> {
+        self.note(ids);
+        let places = self.places.iter().map(|&k| k as usize);
+        let are_those =
+            ids.len() == loads.len() && places.zip(loads).all(|(k, load)| id_of(ids[k]) == load.id);
+        if are_those { Ok(()) } else { Err("the loads are not those of its particles".to_owned()) }
     }
 }
 

@@ -60,10 +60,7 @@ impl RankOutput {
 }
 
 /// The particles of all ranks of which `wanted` holds, in ascending order of id, on rank 0; none elsewhere. Collective.
-pub(in crate::simulation) fn particles(
-    simulation: &Simulation,
-    wanted: impl Fn(&Particle) -> bool,
-) -> Vec<Particle> {
+pub(super) fn particles(simulation: &Simulation, wanted: impl Fn(&Particle) -> bool) -> Vec<Particle> {
     let own = simulation.dem.particles().owned().iter();
     let mut all = gathered(simulation, own.filter(|p| wanted(p)).copied().collect());
     all.sort_unstable_by_key(|particle| particle.id);
