@@ -6,22 +6,10 @@ use super::Simulation;
 use crate::checkpoint::agreed;
 use crate::comm::{Comm, Fetched};
 use crate::dem::states::{self, Deep};
-use crate::dem::{Load, LocalParticles};
+use crate::dem::{Load, LoadRow, LocalParticles};
 use crate::error::{Error, Result};
 use crate::particle::Particle;
-use bytemuck::{Pod, Zeroable, cast_slice, pod_collect_to_vec};
-use std::collections::BTreeMap;
-
-/// Force (N) and torque (N m).
-type LoadRow = [[f64; 3]; 2];
-
-fn row(load: &Load) -> LoadRow {
-    [load.force.into(), load.torque.into()]
-}
-
-fn load([force, torque]: LoadRow) -> Load {
-    Load { force: force.into(), torque: torque.into() }
-}
+use bytemuck::{Pod, Zeroable};
 
 /// A particle on its way to the rank whose block it is in now.
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -55,7 +43,7 @@ impl ExternalLoads {
             Self::Listed(listed) => {
                 let found = comm.fetch(listed, &ids(owned)).found;
                 for (sum, own) in loads.iter_mut().zip(found) {
-                    *sum += own.map_or_else(Load::default, load);
+                    *sum += own.map_or_else(Load::default, Load::from);
                 }
             }
         }
@@ -119,16 +107,11 @@ impl Simulation {
     fn place(&mut self, states: &[Particle], before: &[Particle]) -> Result<Vec<Particle>> {
         let changed = self.changed(states, before);
         let changed = all_or_words(&self.comm, REFUSED, changed)?;
-        let mut by_rank: BTreeMap<usize, Vec<Moved>> = BTreeMap::new();
-        for moved in changed {
-            by_rank.entry(self.cut.owner(moved.now.position())).or_default().push(moved);
-        }
-        let sent = by_rank.into_iter().map(|(to, moved)| (to, cast_slice(&moved).to_vec())).collect();
-        let arrived = self.comm.route(sent);
-        let mut arrived: Vec<Moved> =
-            arrived.iter().flat_map(|(_, bytes)| pod_collect_to_vec::<u8, Moved>(bytes)).collect();
+        let to_owner = |moved: Moved| (self.cut.owner(moved.now.position()), moved);
+        let arrived = self.comm.route_records(changed.into_iter().map(to_owner));
+        let mut arrived: Vec<Moved> = arrived.into_iter().flat_map(|(_, moved)| moved).collect();
         arrived.sort_unstable_by_key(|moved| moved.now.id);
-        let owned = arrived.iter().map(|moved| (moved.now, load(moved.load))).collect();
+        let owned = arrived.iter().map(|moved| (moved.now, moved.load.into())).collect();
         let before: Vec<Particle> = arrived.iter().map(|moved| moved.before).collect();
         let (comm, limits) = (self.comm.clone(), self.limits());
         self.dem.place(&comm, owned, &mut |[was, now]| {
@@ -173,7 +156,7 @@ impl Simulation {
         let changed = states.map(|(n, ((was, before), state))| {
             let state = state.ok_or_else(|| format!("that of particle {} is missing", was.id))?;
             let now = limits.changed(was, before, &state)?;
-            Ok(Moved { now, before: *before, load: loads.get(n).map_or_else(Zeroable::zeroed, row) })
+            Ok(Moved { now, before: *before, load: loads.get(n).copied().unwrap_or_default().into() })
         });
         let changed = changed.collect::<std::result::Result<Vec<Moved>, String>>()?;
         unwanted.map_or(Ok(changed), |id| Err(format!("there is no particle {id}")))
@@ -193,9 +176,9 @@ impl Simulation {
     /// Load of the fluid in the last step, buoyancy included, on each particle with these ids, which any ranks own, in this order; zeros
     /// without a fluid and before the first step. Collective.
     pub fn loads_of(&self, ids: &[u64]) -> Vec<Load> {
-        let offered: Vec<(u64, LoadRow)> = self.loads().map(|(id, load)| (id, row(&load))).collect();
+        let offered: Vec<(u64, LoadRow)> = self.loads().map(|(id, load)| (id, load.into())).collect();
         let found = self.comm.fetch(&offered, ids).found;
-        found.into_iter().map(|found| found.map_or_else(Load::default, load)).collect()
+        found.into_iter().map(|found| found.map_or_else(Load::default, Load::from)).collect()
     }
 
     /// Adds a load of the caller's to that of the fluid, from now on in every step on every particle that this rank owns: a
@@ -229,7 +212,7 @@ impl Simulation {
             Err("a load of the caller's is not finite")
         };
         all_or_words(&self.comm, "", refused.map_err(str::to_owned))?;
-        let listed = loads.iter().map(|(id, load)| (*id, row(load))).collect();
+        let listed = loads.iter().map(|(id, load)| (*id, (*load).into())).collect();
         self.external = Some(ExternalLoads::Listed(listed));
         Ok(())
     }

@@ -6,6 +6,7 @@
 mod fetch;
 #[cfg(feature = "mpi")]
 mod mpi;
+mod records;
 #[cfg(test)]
 mod tests;
 mod threads;

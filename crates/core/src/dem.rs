@@ -42,6 +42,21 @@ impl AddAssign for Load {
     }
 }
 
+/// Force (N) and torque (N m), as plain data.
+pub type LoadRow = [[f64; 3]; 2];
+
+impl From<Load> for LoadRow {
+    fn from(load: Load) -> Self {
+        [load.force.into(), load.torque.into()]
+    }
+}
+
+impl From<LoadRow> for Load {
+    fn from([force, torque]: LoadRow) -> Self {
+        Self { force: force.into(), torque: torque.into() }
+    }
+}
+
 /// Contacts of one rank at the last sub-step, for the time series.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactSummary {

@@ -342,7 +342,7 @@ impl External {
                 outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
                 before
             });
-            owned.push((after, Load { force: force.into(), torque: torque.into() }, holder));
+            owned.push((after, [force, torque].into(), holder));
         }
         owned.sort_unstable_by_key(|(particle, ..)| particle.id);
         self.holders.replace(owned.iter().map(|&(.., holder)| holder).collect());

@@ -8,9 +8,8 @@ use crate::child::Asked;
 use crate::message::{
     self, AppliedLoad, Kind, LoadedState, MeasuredContact, Outcome, State, read_contacts, read_states,
 };
-use bytemuck::{Pod, bytes_of, cast_slice, pod_collect_to_vec};
+use bytemuck::{cast_slice, pod_collect_to_vec};
 use std::cell::RefMut;
-use std::collections::BTreeMap;
 use turbid_core::comm::Comm;
 use turbid_core::dem::Load;
 use turbid_core::dem::native::failures::position_text;
@@ -24,35 +23,6 @@ pub(super) struct Arrived {
     pub(super) loaded: LoadedState,
     /// The part that has it.
     pub(super) holder: u32,
-}
-
-/// Records by the rank that they go to.
-#[derive(Debug)]
-struct Sorted<T> {
-    rank: usize,
-    own: Vec<T>,
-    others: BTreeMap<usize, Vec<u8>>,
-}
-
-impl<T: Pod> Sorted<T> {
-    fn new(rank: usize) -> Self {
-        Self { rank, own: Vec::new(), others: BTreeMap::new() }
-    }
-
-    fn add(&mut self, rank: usize, record: T) {
-        if rank == self.rank {
-            self.own.push(record);
-        } else {
-            self.others.entry(rank).or_default().extend_from_slice(bytes_of(&record));
-        }
-    }
-
-    /// The records that have come, with the ranks that have sent them.
-    fn send(self, comm: &Comm) -> Vec<(usize, Vec<T>)> {
-        let received = comm.route(self.others.into_iter().collect());
-        let read = |(from, bytes): (usize, Vec<u8>)| (from, pod_collect_to_vec(&bytes));
-        std::iter::once((self.rank, self.own)).chain(received.into_iter().map(read)).collect()
-    }
 }
 
 impl External {
@@ -128,14 +98,14 @@ impl External {
     /// Sends the loads of the owned particles to the parts that have these, which make a step; the particles of the part of this rank
     /// then. Collective.
     pub(super) fn advance_parts(&self, comm: &Comm, loads: &[Load], dt: f64) -> Outcome<Vec<LoadedState>> {
-        let mut sorted = Sorted::new(self.near.rank);
         let owned = self.population.store.owned().iter().zip(loads);
-        for ((particle, load), &holder) in owned.zip(self.holders.borrow().iter()) {
+        let holders = self.holders.borrow();
+        let sent = owned.zip(holders.iter()).map(|((particle, load), &holder)| {
             let load = AppliedLoad { id: particle.id, force: load.force.into(), torque: load.torque.into() };
-            sorted.add(holder as usize, load);
-        }
+            (holder as usize, load)
+        });
         let mut applied: Vec<AppliedLoad> =
-            sorted.send(comm).into_iter().flat_map(|(_, loads)| loads).collect();
+            comm.route_records(sent).into_iter().flat_map(|(_, loads)| loads).collect();
         applied.sort_unstable_by_key(|load| load.id);
         let (parts, substeps) = (self.seat.parts, self.params.substeps);
         let ids: Vec<u64> = applied.iter().map(|load| load.id).collect();
@@ -168,19 +138,19 @@ impl External {
 
     /// Sends the particles of the part of this rank to their owners; those of this rank. Collective.
     pub(super) fn to_owners(&self, comm: &Comm, states: Vec<LoadedState>) -> Vec<Arrived> {
-        let (domain, mut sorted) = (self.near.decomposition().domain, Sorted::new(self.near.rank));
+        let domain = self.near.decomposition().domain;
         let mut owners = Vec::with_capacity(states.len());
-        for loaded in states {
+        let records = comm.route_records(states.into_iter().map(|loaded| {
             let owner = self.near.owner(domain.wrap(loaded.state.position.into()));
             owners.push((loaded.state.id, owner as u32));
-            sorted.add(owner, loaded);
-        }
+            (owner, loaded)
+        }));
         owners.sort_unstable();
         if let Some(part) = &self.part {
             part.owners.replace(owners);
         }
         let mut arrived = Vec::new();
-        for (holder, records) in sorted.send(comm) {
+        for (holder, records) in records {
             arrived.extend(records.into_iter().map(|loaded| Arrived { loaded, holder: holder as u32 }));
         }
         arrived
@@ -259,17 +229,15 @@ impl External {
 
     /// Sends the contacts of the part of this rank to owners of a body, which know both; those that have come here. Collective.
     pub(super) fn to_first(&self, comm: &Comm, listed: Vec<MeasuredContact>) -> Vec<MeasuredContact> {
-        let mut sorted = Sorted::new(self.near.rank);
-        if let Some(part) = &self.part {
-            let owners = part.owners.borrow();
-            let owner =
-                |id: u64| owners.binary_search_by_key(&id, |&(known, _)| known).map(|at| owners[at].1);
-            for measured in listed {
-                let [first, second] = [measured.contact.first, measured.contact.second];
-                let to = owner(first).or_else(|_| owner(second)).expect("one of them is known");
-                sorted.add(to as usize, measured);
-            }
-        }
-        sorted.send(comm).into_iter().flat_map(|(_, contacts)| contacts).collect()
+        // A rank without a part lists none.
+        let owners = self.part.as_ref().map(|part| part.owners.borrow());
+        let owners: &[(u64, u32)] = owners.as_deref().map_or(&[], Vec::as_slice);
+        let owner = |id: u64| owners.binary_search_by_key(&id, |&(known, _)| known).map(|at| owners[at].1);
+        let sent = listed.into_iter().map(|measured| {
+            let [first, second] = [measured.contact.first, measured.contact.second];
+            let to = owner(first).or_else(|_| owner(second)).expect("one of them is known");
+            (to as usize, measured)
+        });
+        comm.route_records(sent).into_iter().flat_map(|(_, contacts)| contacts).collect()
     }
 }

@@ -9,7 +9,7 @@ use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
-use turbid::dem::Load;
+use turbid::dem::{Load, LoadRow};
 use turbid::particle::Particle;
 use turbid::simulation::{self, RunOptions};
 use turbid::{Setup, case};
@@ -75,8 +75,8 @@ fn bytes<'py, T: Pod>(py: Python<'py>, rows: &[T]) -> Bound<'py, PyByteArray> {
 
 /// A row of each load: force (N), torque (N m).
 fn loads_of(rows: &[u8]) -> Vec<Load> {
-    let rows: Vec<[[f64; 3]; 2]> = pod_collect_to_vec(rows);
-    rows.into_iter().map(|[force, torque]| Load { force: force.into(), torque: torque.into() }).collect()
+    let rows: Vec<LoadRow> = pod_collect_to_vec(rows);
+    rows.into_iter().map(Load::from).collect()
 }
 
 /// A simulation on threads of its own, or on the processes of a communicator with a handle of Fortran's.
@@ -142,8 +142,7 @@ impl Session {
 
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyByteArray>> {
         let loads = without_lock(py, || self.0.loads())?;
-        let rows: Vec<[[f64; 3]; 2]> =
-            loads.iter().map(|load| [load.force.into(), load.torque.into()]).collect();
+        let rows: Vec<LoadRow> = loads.into_iter().map(LoadRow::from).collect();
         Ok(bytes(py, &rows))
     }
 

@@ -2,7 +2,7 @@
 //! left their cells then.
 
 use super::Coupling;
-use crate::dem::Load;
+use crate::dem::{Load, LoadRow};
 use crate::fluid::ExchangeSum;
 use crate::math::FIXED_POINT_LIMIT;
 use crate::particle::{Particle, ParticleStore};
@@ -16,7 +16,7 @@ struct Swept {
     particle: Particle,
     departed: ExchangeSum,
     /// Force (N) and torque (N m) of the fluid, from the owner.
-    load: [[f64; 3]; 2],
+    load: LoadRow,
 }
 
 /// The same where there are virtual masses.
@@ -25,13 +25,13 @@ struct Swept {
 struct SweptLight {
     swept: Swept,
     /// Mean force (N) and torque (N m) of the past, weight included, from the owner.
-    mean: [[f64; 3]; 2],
+    mean: LoadRow,
 }
 
 impl Coupling {
     /// This rank's part of the state: all parts together describe every particle that a sweep has seen.
     pub fn save(&self) -> Vec<u8> {
-        let row = |load: Option<&Load>| load.map_or([[0.0; 3]; 2], |l| [l.force.into(), l.torque.into()]);
+        let row = |load: Option<&Load>| load.copied().unwrap_or_default().into();
         let swept: Vec<SweptLight> = (self.swept_particles.iter().zip(&self.swept_bodies).enumerate())
             // Of a particle that is owned elsewhere only what left its cells here.
             .filter(|(i, (_, body))| *i < self.swept_owned || body.departed != ExchangeSum::default())
@@ -135,10 +135,9 @@ impl Coupling {
         for (particle, body) in then.owned().iter().zip(&mut self.bodies) {
             body.departed = swept[&particle.id].swept.departed;
         }
-        let of = |rows: [[f64; 3]; 2]| Load { force: rows[0].into(), torque: rows[1].into() };
         let own = || then.owned().iter().map(|particle| &swept[&particle.id]);
-        self.swept_loads = own().map(|saved| of(saved.swept.load)).collect();
-        self.swept_means = if light { own().map(|saved| of(saved.mean)).collect() } else { Vec::new() };
+        self.swept_loads = own().map(|saved| saved.swept.load.into()).collect();
+        self.swept_means = if light { own().map(|saved| saved.mean.into()).collect() } else { Vec::new() };
         self.note_swept(&then);
         Ok(())
     }

@@ -1,12 +1,15 @@
 //! The particles of one rank, and the messages that update owners and ghosts when particles move.
 
-use super::Load;
 use super::assign::GhostLayer;
 use super::population::Population;
+use super::{Load, LoadRow};
 use crate::comm::Comm;
 use crate::particle::{Particle, ParticleStore, Template};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
+
+/// Number of particles that a rank hands over at a time.
+const ROUND: usize = 1 << 15;
 
 /// Owned particles and ghosts, with their loads.
 #[derive(Clone, Debug)]
@@ -29,13 +32,12 @@ pub struct LocalParticles {
 #[repr(C)]
 struct MigrationRecord {
     particle: Particle,
-    force: [f64; 3],
-    torque: [f64; 3],
+    load: LoadRow,
 }
 
 impl MigrationRecord {
-    fn new(particle: Particle, load: &Load) -> Self {
-        Self { particle, force: load.force.into(), torque: load.torque.into() }
+    fn new(particle: Particle, load: Load) -> Self {
+        Self { particle, load: load.into() }
     }
 }
 
@@ -71,6 +73,37 @@ impl LocalParticles {
         self.add(near, all);
     }
 
+    /// Replaces all particles by those that the ranks hand over, each by one of them, wherever they are, with their loads; the next id is
+    /// at least `next_id`. A rank has never more of others' than [`ROUND`] from each. Collective.
+    pub fn take_over(
+        &mut self,
+        near: &GhostLayer,
+        comm: &Comm,
+        next_id: u64,
+        handed: impl IntoIterator<Item = (Particle, Load)>,
+    ) {
+        let domain = near.decomposition().domain;
+        let mut numbers = Population { count: 0, next_id };
+        let mut handed = handed.into_iter().peekable();
+        let mut owned: Vec<MigrationRecord> = Vec::new();
+        while comm.any(handed.peek().is_some()) {
+            let records = handed.by_ref().take(ROUND).map(|(mut particle, load)| {
+                particle.position = domain.wrap(particle.position()).into();
+                numbers.add(&particle);
+                (near.owner(particle.position()), MigrationRecord::new(particle, load))
+            });
+            owned.extend(comm.route_records(records).into_iter().flat_map(|(_, records)| records));
+        }
+        owned.sort_unstable_by_key(|record| record.particle.id);
+        self.set_owned(near.rank, owned.into_iter().map(|of| (of.particle, of.load.into())));
+        self.refresh(near, comm);
+        let all = comm.all_gather(bytemuck::bytes_of(&numbers).to_vec());
+        self.population = all.iter().fold(Population::default(), |sum, numbers| {
+            let of: Population = bytemuck::pod_read_unaligned(numbers);
+            Population { count: sum.count + of.count, next_id: sum.next_id.max(of.next_id) }
+        });
+    }
+
     /// Adds those of `new`, the same on every rank, that this rank has, owned or as ghosts.
     pub fn insert(&mut self, near: &GhostLayer, new: impl IntoIterator<Item = Particle>) {
         self.keep(|_| true);
@@ -89,19 +122,17 @@ impl LocalParticles {
         let with_loads = self.store.particles.iter().zip(self.loads.iter().chain(&self.ghost_loads));
         let staying = with_loads.filter(|(particle, _)| stays(particle));
         self.incoming.clear();
-        self.incoming.extend(staying.map(|(particle, load)| MigrationRecord::new(*particle, load)));
+        self.incoming.extend(staying.map(|(particle, load)| MigrationRecord::new(*particle, *load)));
     }
 
     /// Adds those of `all` that this rank has to the incoming ones, and makes these the store.
     fn add(&mut self, near: &GhostLayer, all: impl IntoIterator<Item = (Particle, Load)>) {
         for (mut particle, load) in all {
             particle.position = near.decomposition().domain.wrap(particle.position()).into();
-            let Population { count, next_id } = self.population;
-            self.population =
-                Population { count: count + 1, next_id: next_id.max(particle.id.saturating_add(1)) };
+            self.population.add(&particle);
             let owner = near.owner(particle.position());
             if owner == near.rank || near.is_ghost_on(near.rank, particle.position(), particle.template) {
-                self.incoming.push(MigrationRecord::new(particle, &load));
+                self.incoming.push(MigrationRecord::new(particle, load));
             }
         }
         self.sort_in(near);
@@ -136,7 +167,7 @@ impl LocalParticles {
         for (particle, load) in self.store.owned().iter().zip(&self.loads) {
             let (position, template) = (particle.position(), particle.template);
             let owner = near.owner(position);
-            let record = MigrationRecord::new(*particle, load);
+            let record = MigrationRecord::new(*particle, *load);
             for (link, message) in messages.iter_mut().enumerate() {
                 if near.peers[link] == owner || near.is_ghost_on_peer(link, position, template) {
                     message.extend_from_slice(bytemuck::bytes_of(&record));
@@ -167,11 +198,11 @@ impl LocalParticles {
         loads.clear();
         ghost_loads.clear();
         for &(ghost, _, index, owner) in &order {
-            let MigrationRecord { particle, force, torque } = incoming[index as usize];
+            let MigrationRecord { particle, load } = incoming[index as usize];
             store.particles.push(particle);
             store.owners.push(owner);
             let list = if ghost { &mut *ghost_loads } else { &mut *loads };
-            list.push(Load { force: force.into(), torque: torque.into() });
+            list.push(load.into());
         }
         store.owned = loads.len();
         self.arrangement += 1;
@@ -248,6 +279,43 @@ mod tests {
                     comm.sum(&mut due);
                     assert_eq!(known, due);
                 }
+            });
+        }
+    }
+
+    #[test]
+    fn particles_that_any_ranks_hand_over_come_to_the_ranks_that_have_them_on_1_to_8_ranks() {
+        let domain = Domain { faces: Domain::faces([true, false, true]), cells: [16, 16, 16], dx: 0.25 };
+        let templates: Arc<[Template]> =
+            Arc::new([Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]);
+        let count = ROUND as u64 + 100;
+        let part = |n: u64, k: u64| (n * k % 65_521) as f64 / 65_521.0 * 4.1;
+        let body =
+            |n: u64| Particle::at(2 * n, 0, Vec3::new(part(n, 7), part(n, 311).min(4.0), part(n, 1013)));
+        let all: Vec<(Particle, Load)> = (0..count)
+            .map(|n| (body(n), Load { force: Vec3::new(n as f64, 1.0, 0.0), torque: Vec3::zeros() }))
+            .collect();
+        for ranks in [1, 2, 3, 8] {
+            let cut = Decomposition::new(domain, ranks).unwrap();
+            on_threads(ranks, |comm| {
+                let near = GhostLayer::new(cut.clone(), comm.rank(), &[0.3]);
+                let known = |from: &[(Particle, Load)]| {
+                    let mut local = LocalParticles::new(&near, templates.clone(), Vec::new());
+                    local.replace(&near, 7, from.to_vec());
+                    local
+                };
+                let whole = known(&all);
+                let own =
+                    |n: &usize| if ranks > 2 { *n % (ranks - 1) == comm.rank() } else { comm.rank() == 0 };
+                let handed = (0..all.len()).rev().filter(own).map(|n| all[n]);
+                let mut local = LocalParticles::new(&near, templates.clone(), Vec::new());
+                local.take_over(&near, &comm, 7, handed);
+                assert_eq!(local.population, Population { count, next_id: 2 * count - 1 });
+                assert_eq!(local.population, whole.population);
+                assert!(local.store.particles == whole.store.particles && local.loads == whole.loads);
+                assert!(local.store.owners == whole.store.owners && local.ghost_loads == whole.ghost_loads);
+                local.take_over(&near, &comm, 9, Vec::new());
+                assert_eq!((local.population, local.store.owned), (Population { count: 0, next_id: 9 }, 0));
             });
         }
     }

@@ -19,6 +19,14 @@ pub struct Population {
     pub next_id: u64,
 }
 
+impl Population {
+    /// Counts another particle of a given id.
+    pub(super) fn add(&mut self, particle: &Particle) {
+        self.count += 1;
+        self.next_id = self.next_id.max(particle.id.saturating_add(1));
+    }
+}
+
 /// All of the particles that the ranks hand over, `own` by this one, with ids from `next` on and ascending; and the ids of `own`.
 /// Collective.
 pub fn numbered(comm: &Comm, own: &[Particle], next: u64) -> (Vec<Particle>, Vec<u64>) {

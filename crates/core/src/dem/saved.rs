@@ -7,7 +7,7 @@
 use super::assign::GhostLayer;
 use super::exchange::LocalParticles;
 use super::population::Population;
-use super::{ContactKey, ContactState, Load, Records};
+use super::{ContactKey, ContactState, Load, LoadRow, Records};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -97,8 +97,7 @@ impl Saved {
             own: self.own.len() as u64,
             population: self.population,
         };
-        let loads: Vec<[[f64; 3]; 2]> =
-            (self.loads.iter()).map(|load| [load.force.into(), load.torque.into()]).collect();
+        let loads: Vec<LoadRow> = self.loads.iter().map(|load| (*load).into()).collect();
         let mut bytes = bytemuck::bytes_of(&header).to_vec();
         bytes.extend_from_slice(bytemuck::cast_slice(&self.particles));
         bytes.extend_from_slice(bytemuck::cast_slice(&loads));
@@ -137,7 +136,7 @@ impl Saved {
         }
         let whole = (|| {
             let particles = take(&mut rest, header.particles)?;
-            let loads = take::<[[f64; 3]; 2]>(&mut rest, header.particles)?;
+            let loads = take::<LoadRow>(&mut rest, header.particles)?;
             let memory = usize::try_from(header.memory).ok().filter(|memory| *memory <= MOST_MEMORY)?;
             let row = (size_of::<ContactKey>() + memory * size_of::<f64>()) as u64;
             let records: Vec<u8> = take(&mut rest, header.records.checked_mul(row)?)?;
@@ -149,9 +148,7 @@ impl Saved {
                 begun: header.begun,
                 population: header.population,
                 particles,
-                loads: (loads.into_iter())
-                    .map(|[force, torque]| Load { force: force.into(), torque: torque.into() })
-                    .collect(),
+                loads: loads.into_iter().map(Load::from).collect(),
                 records,
                 states,
                 own,
