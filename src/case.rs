@@ -27,6 +27,7 @@ mod motion;
 mod open;
 mod physics;
 mod pictures;
+mod placed;
 mod placement;
 mod plausible;
 mod resolve;
@@ -56,9 +57,11 @@ pub use file::{BodyColour, Quantity};
 pub use file::{free_keys, schema};
 pub use insertion::{Insertion, Removal};
 pub use pictures::{PicturePlan, SlicePlan, ViewPlan};
+pub(crate) use placed::Placed;
 pub use plausible::TooLight;
+pub use resolve::{Origin, read_alone};
 pub use resolve::{from_saved, from_text, load, load_followed, outline};
-pub(crate) use resolve::{from_saved_anew, with_shapes};
+pub(crate) use resolve::{from_saved_anew, read_from, with_shapes};
 pub(crate) use schedule::of_machine;
 pub use schedule::{CHECKPOINT_INTERVAL, CheckpointSpacing, OutputPlan, RunPlan, Steady};
 pub use speeds::{Bound, DrivenFlow, Impact};
@@ -86,7 +89,8 @@ pub struct Setup {
     pub motions: Vec<PrescribedMotion>,
     /// From the axes of the body to those in which the case gives its shape, for each template.
     pub frames: Vec<Quat>,
-    /// State of all particles at the start, ascending ids; during a run ask the simulation.
+    /// State of all particles at the start, ascending ids; during a run ask the simulation. In a case that several processes have
+    /// [read together](crate::simulation::read_together) those of this process.
     pub particles: Vec<Particle>,
     /// Particles that come during the run.
     pub insertions: Vec<Insertion>,
@@ -116,6 +120,10 @@ pub struct Setup {
     pub gravity: Vec3,
     /// Bodies at rest all over the box, where something drives a flow through them.
     fixed_array: Option<array::FixedArray>,
+    /// Factors on the shape of each section that has the sizes of its positions file.
+    scales: Vec<Option<Vec<f64>>>,
+    /// What follows from the particles of all processes, if this one has only its own.
+    pub(crate) placed: Option<Arc<Placed>>,
     /// Length of the run, hardware and output.
     pub plan: RunPlan,
     /// Text and files of the case.
@@ -145,7 +153,9 @@ impl Setup {
 
     /// Weight less buoyancy (N) of all particles and the force that the case applies, in the directions in which forces move them.
     pub fn submerged_weight(&self) -> Vec3 {
-        self.particles.iter().map(|particle| self.submerged_weight_of(particle.template as usize)).sum()
+        let of_each =
+            self.particles.iter().map(|particle| self.submerged_weight_of(particle.template as usize));
+        self.placed.as_ref().map_or_else(|| of_each.sum(), |placed| placed.totals.weight())
     }
 
     /// The same of a particle of a template.

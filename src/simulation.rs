@@ -19,6 +19,7 @@ mod references;
 mod run;
 mod saved;
 mod session;
+mod together;
 mod work;
 mod writers;
 
@@ -66,6 +67,7 @@ pub use run::{
 pub use session::Session;
 use std::rc::Rc;
 use std::sync::Arc;
+pub use together::read_together;
 pub use work::{Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 #[cfg(feature = "pictures")]
 pub use writers::write_start;

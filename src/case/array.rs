@@ -21,12 +21,13 @@ use super::Setup;
 use super::filled::Filled;
 use crate::particle::Particle;
 use crate::wall::Surface;
+use serde::{Deserialize, Serialize};
 
 /// Edge of the parts of the box over the mean distance of bodies.
 const PART: f64 = 2.0;
 
 /// Bodies at rest all over the box.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct FixedArray {
     /// Least volume fraction (-).
     fraction: f64,
@@ -75,7 +76,7 @@ impl FixedArray {
 }
 
 /// Bodies that are held along an axis, wherever they are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct HeldBodies {
     /// Volume fraction (-).
     pub(super) fraction: f64,

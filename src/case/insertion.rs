@@ -97,10 +97,10 @@ impl Insertion {
 }
 
 impl Setup {
-    /// Numbers of particles by template, of the start and those that come during the run, whether some go or not.
+    /// Numbers of particles by template, of the start and those that come during the run, whether some go or not; none are 0.
     pub fn expected_counts(&self) -> impl Iterator<Item = (usize, usize)> {
         let later = self.insertions.iter().flat_map(|of| of.at_end(self.plan.end_step, self.time_step));
-        self.particles.iter().map(|particle| (particle.template as usize, 1)).chain(later)
+        self.start_counts().into_iter().enumerate().chain(later).filter(|(_, count)| *count > 0)
     }
 
     /// Number of these particles.

@@ -71,16 +71,18 @@ pub(super) struct Kinds {
     pub(super) diameter: f64,
     /// The contents of the file of each section that names one.
     pub(super) listed: Vec<Option<Listed>>,
+    /// Factors on the shape of each section that has the sizes of its file.
+    pub(super) scales: Vec<Option<Vec<f64>>>,
     /// Notes on the meshes and positions files, ready to print.
     pub(super) notes: Vec<String>,
 }
 
 impl Kinds {
-    /// Builds all kinds.
+    /// Builds all kinds; positions files are not read if their `scales` are known from elsewhere.
     pub(super) fn new(
         document: &Document,
         materials: &Materials,
-        files: &Files,
+        (files, elsewhere): (&Files, Option<&[Option<Vec<f64>>]>),
         warnings: &mut Vec<String>,
     ) -> Result<Self> {
         if document.case.particles.is_empty() {
@@ -92,6 +94,7 @@ impl Kinds {
             templates: Vec::new(),
             diameter: 0.0,
             listed: Vec::new(),
+            scales: Vec::new(),
             notes: Vec::new(),
         };
         let mut faces = 0;
@@ -112,19 +115,23 @@ impl Kinds {
                 let title = format!("`{key}` belongs to a `file` of positions, but there is none");
                 return Err(document.error(&key, &title, "has no effect here", "remove it"));
             }
-            let listed =
-                section.file().map(|file| Listed::read(document, files, index, file, &mut all.notes));
+            let file = section.file().filter(|_| elsewhere.is_none());
+            let listed = file.map(|file| Listed::read(document, files, index, file, &mut all.notes));
             let listed = listed.transpose()?;
             let own = shape.equivalent_diameter();
             let free = listed.as_ref().filter(|_| section.sizes.is_none());
-            let sizes = match free {
-                Some(listed) => {
-                    let scales = listed.scales(own).map_err(|title| {
-                        let remedy = "lengths are in m; a unit may stand in the header, as in `diameter [mm]`, or in `columns`";
-                        document.error(&format!("{key}.file"), &title, "this file", remedy)
-                    })?;
-                    scales.into_iter().map(|scale| (scale, 1.0)).collect()
-                }
+            let scales = free.map(|listed| {
+                listed.scales(own).map_err(|title| {
+                    let remedy = "lengths are in m; a unit may stand in the header, as in `diameter [mm]`, or in `columns`";
+                    document.error(&format!("{key}.file"), &title, "this file", remedy)
+                })
+            });
+            let scales = match elsewhere {
+                Some(scales) => scales.get(index).cloned().flatten(),
+                None => scales.transpose()?,
+            };
+            let sizes = match &scales {
+                Some(scales) => scales.iter().map(|scale| (*scale, 1.0)).collect(),
                 None => sizes(document, &format!("{key}.sizes"), section, own, warnings)?,
             };
             let total: f64 = sizes.iter().map(|(_, share)| share).sum();
@@ -140,7 +147,7 @@ impl Kinds {
                     "there are {count} sizes with {faces} faces, at most {MOST_SIZES} with {MOST_FACES} faces are kept"
                 );
                 let remedy = "write diameters with fewer digits, so that more particles share one, or take a coarser mesh";
-                let last = if free.is_some() { "file" } else { "sizes" };
+                let last = if scales.is_some() { "file" } else { "sizes" };
                 return Err(document.error(&format!("{key}.{last}"), &title, "too many", remedy));
             }
             if let (Some(listed), [(first, _), .., (last, _)]) = (free, &sizes[..]) {
@@ -156,7 +163,7 @@ impl Kinds {
             let first = all.templates.len();
             let of_facets = matches!(section.shape, ShapeSection::Mesh(_) | ShapeSection::Polyhedron { .. });
             for &(size, _) in &sizes {
-                let body = shape.as_polyhedron().filter(|_| free.is_some() && of_facets);
+                let body = shape.as_polyhedron().filter(|_| scales.is_some() && of_facets);
                 let shape = match body {
                     _ if size.to_bits() == 1.0_f64.to_bits() => shape.clone(),
                     Some(body) => Arc::new(body.scaled(size)),
@@ -178,6 +185,7 @@ impl Kinds {
             let fractions = sizes.iter().map(|(_, share)| share / total).collect();
             all.sections.push(Kind { first, fractions, rotation, by_diameter });
             all.listed.push(listed);
+            all.scales.push(scales);
             all.notes.append(&mut shapes.notes.into_inner());
         }
         Ok(all)

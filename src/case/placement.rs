@@ -9,11 +9,11 @@ use super::checks::Document;
 use super::file::{Entry, MovingEntry};
 use super::filled::Filled;
 use super::kinds::Kinds;
+use super::placed::Places;
 use super::walls::PlacedWall;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::{Quat, Vec3};
-use crate::packing::progress::Follow;
 use crate::particle::{Particle, Template};
 use crate::wall::Surface;
 pub(super) use random::CLEAR;
@@ -49,14 +49,17 @@ struct Candidate {
 }
 
 impl Placer<'_> {
-    /// All particles, ascending ids; those at random, unless `places`, are only counted. The volume (m^3) is that by which listed bodies
+    /// All particles, ascending ids, or their numbers where they are only counted or elsewhere. The volume (m^3) is that by which listed bodies
     /// with [prescribed](Self::prescribed) motion fill less of the box than each of them alone, as they overlap each other or walls.
     pub(super) fn place(
         &self,
-        places: Option<&mut dyn Follow>,
+        places: Places,
         warnings: &mut Vec<String>,
         notes: &mut Vec<String>,
     ) -> Result<(Vec<Particle>, Counts, f64)> {
+        if let Places::Elsewhere(placed) = places {
+            return Ok((Vec::new(), placed.totals.counts.iter().copied().enumerate().collect(), 0.0));
+        }
         let mut placed = Vec::new();
         let mut random = Vec::new();
         for (index, kind) in self.document.case.particles.iter().enumerate() {
@@ -91,7 +94,7 @@ impl Placer<'_> {
         let filled = overlap.then(|| self.filled(&particles));
         let shared = filled.map_or(0.0, |filled| self.prescribed_volume(&particles) - filled);
         let mut counted = Vec::new();
-        if let Some(follow) = places {
+        if let Places::Here(follow) = places {
             self.pack(&random, &mut particles, filled, warnings, follow)?;
         } else {
             counted.extend(random.iter().flat_map(|&(index, count)| self.allot(index, count)));

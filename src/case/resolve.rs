@@ -14,6 +14,7 @@ use super::materials::Materials;
 use super::motion::{applied, buoyancy, motions, refuse_vectors};
 use super::open::{open_faces, set_pressures};
 use super::physics::{self, gravity};
+use super::placed::Places;
 use super::placement::Placer;
 use super::plausible::Review;
 use super::schedule::{Known, of_machine, reschedule, title};
@@ -22,7 +23,7 @@ use super::space::{
 };
 use super::statistics::refuse_paths;
 use super::walls::{PlacedWall, free_volume, refuse_beside_meshes, walls};
-use super::{FluidSetup, Provenance, RunPlan, Setup};
+use super::{FluidSetup, Placed, Provenance, RunPlan, Setup};
 use crate::document::Source;
 use crate::domain::Domain;
 use crate::engine::EngineChoice;
@@ -34,6 +35,7 @@ use crate::units::Units;
 use crate::wall::Wall;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 /// Relative difference of a volume fraction from the requested one that is worth a warning.
 const ROUNDED: f64 = 0.03;
@@ -60,10 +62,10 @@ pub fn load(path: &Path, options: &[String]) -> Result<Setup> {
 /// # Errors
 /// As [`load`].
 pub fn load_followed(path: &Path, options: &[String], follow: &mut dyn Follow) -> Result<Setup> {
-    read(path, options, Some(follow))
+    read(path, options, Places::Here(follow))
 }
 
-fn read(path: &Path, options: &[String], places: Option<&mut dyn Follow>) -> Result<Setup> {
+fn read(path: &Path, options: &[String], places: Places) -> Result<Setup> {
     let source = Source::read(path, options)?;
     let name =
         path.file_stem().map_or_else(|| "case".to_string(), |stem| stem.to_string_lossy().into_owned());
@@ -81,7 +83,7 @@ fn read(path: &Path, options: &[String], places: Option<&mut dyn Follow>) -> Res
 /// # Errors
 /// As [`load`], less those of placing them.
 pub fn outline(path: &Path, options: &[String]) -> Result<Setup> {
-    read(path, options, None)
+    read(path, options, Places::Counted)
 }
 
 /// As [`load`], for a text that is no file; what it names is looked for in the current directory.
@@ -101,7 +103,42 @@ pub fn from_text(text: &str, name: &str, options: &[String]) -> Result<Setup> {
 /// As [`from_text`], where the file of a mesh may be a shape of the caller's own.
 pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &OwnShapes) -> Result<Setup> {
     let source = Source::new(name.to_string(), text.to_string(), options);
-    resolve(&source, name, Files { shapes, ..Files::default() }, Some(&mut Unfollowed))
+    resolve(&source, name, Files { shapes, ..Files::default() }, Places::Here(&mut Unfollowed))
+}
+
+/// A case to be read by one process, or by all of a job together.
+#[derive(Clone, Copy, Debug)]
+pub enum Origin<'a> {
+    /// The file of a case, as for [`load`].
+    File(&'a Path),
+    /// The text of a case and its name, as for [`from_text`].
+    Text(&'a str, &'a str),
+    /// As for [`from_saved`]: the name, the text and the files.
+    Saved(&'a str, &'a str, &'a [(String, Vec<u8>)]),
+}
+
+/// Reads a case in this process alone, as [`load`], [`from_text`] or [`from_saved`].
+///
+/// # Errors
+/// As these.
+pub fn read_alone(origin: Origin, options: &[String]) -> Result<Setup> {
+    read_from(origin, options, (None, &mut Unfollowed))
+}
+
+/// Reads a case with options; with what is known of particles that another process has `placed`, if there is one.
+pub(crate) fn read_from(
+    origin: Origin,
+    options: &[String],
+    (placed, follow): (Option<&Arc<Placed>>, &mut dyn Follow),
+) -> Result<Setup> {
+    let places = placed.map_or(Places::Here(follow), Places::Elsewhere);
+    match origin {
+        Origin::File(path) => read(path, options, places),
+        Origin::Text(text, name) => {
+            resolve(&Source::new(name.to_string(), text.to_string(), options), name, Files::default(), places)
+        }
+        Origin::Saved(name, text, files) => saved(name, text, files, options, places),
+    }
 }
 
 /// As [`load`], for the text of a [`Setup`] that was saved together with the files that the case names. Options may change how
@@ -110,7 +147,18 @@ pub(crate) fn with_shapes(text: &str, name: &str, options: &[String], shapes: &O
 /// # Errors
 /// As [`load`]; and for an option that names any other key than those below `run.` and `output.`.
 pub fn from_saved(name: &str, text: &str, files: &[(String, Vec<u8>)], options: &[String]) -> Result<Setup> {
-    let mut setup = from_saved_anew(name, text, files, &of_machine(options), true)?;
+    saved(name, text, files, options, Places::Here(&mut Unfollowed))
+}
+
+fn saved(
+    name: &str,
+    text: &str,
+    files: &[(String, Vec<u8>)],
+    options: &[String],
+    places: Places,
+) -> Result<Setup> {
+    let source = Source::new(title(name), text.to_string(), &of_machine(options));
+    let mut setup = resolve(&source, name, Files { saved: Some(files), ..Files::default() }, places)?;
     if !options.is_empty() {
         reschedule(&mut setup, text, options)?;
     }
@@ -127,17 +175,19 @@ pub(crate) fn from_saved_anew(
     places: bool,
 ) -> Result<Setup> {
     let source = Source::new(title(name), text.to_string(), options);
-    let (files, mut unfollowed) = (Files { saved: Some(files), ..Files::default() }, Unfollowed);
-    resolve(&source, name, files, places.then_some(&mut unfollowed as &mut dyn Follow))
+    let mut unfollowed = Unfollowed;
+    let places = if places { Places::Here(&mut unfollowed) } else { Places::Counted };
+    resolve(&source, name, Files { saved: Some(files), ..Files::default() }, places)
 }
 
-/// Particles are placed at random if somebody follows, else counted.
-fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Follow>) -> Result<Setup> {
+fn resolve(source: &Source, name: &str, files: Files, places: Places) -> Result<Setup> {
     let document = &Document::parse(source)?;
+    let placed = if let Places::Elsewhere(placed) = &places { Some(Arc::clone(placed)) } else { None };
     let mut warnings = Vec::new();
     let medium = Medium::of(document)?;
     let materials = Materials::new(document)?;
-    let mut kinds = Kinds::new(document, &materials, &files, &mut warnings)?;
+    let scales = placed.as_ref().map(|placed| &placed.scales[..]);
+    let mut kinds = Kinds::new(document, &materials, (&files, scales), &mut warnings)?;
     let mut notes = std::mem::take(&mut kinds.notes);
     let templates = &kinds.templates;
     let lattice = document.case.lattice.as_ref();
@@ -211,7 +261,7 @@ fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Fo
     let volume = |counts: &mut dyn Iterator<Item = &(usize, usize)>| {
         counts.fold(0.0, |sum, &(template, count)| sum + count as f64 * templates[template].shape.volume())
     };
-    let volume_fraction = (volume(&mut counts.iter()) - shared) / placer.free_volume;
+    let mut volume_fraction = (volume(&mut counts.iter()) - shared) / placer.free_volume;
     let mut requested_volume_fraction = volume_fraction;
     for (index, kind) in kinds.sections.iter().enumerate() {
         if let PositionsBy::VolumeFraction(requested) = document.case.particles[index].positions {
@@ -223,7 +273,10 @@ fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Fo
             warnings.extend(rounded(document, index, [requested, actual], count));
         }
     }
-    let placed: usize = counts.iter().map(|(_, count)| count).sum();
+    if let Some(placed) = &placed {
+        [volume_fraction, requested_volume_fraction] = placed.volume_fractions;
+    }
+    let count: usize = counts.iter().map(|(_, count)| count).sum();
     let mut present: BTreeSet<usize> =
         (counts.iter().filter(|(_, count)| *count > 0)).map(|(template, _)| *template).collect();
     let clock = Clock::of(time_step, fluid.as_ref());
@@ -245,7 +298,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Fo
         undriven: is_undriven(&domain, fluid.as_ref(), &walls)
             && applied.iter().all(|[force, _]| *force == Vec3::zeros())
             && motions.iter().all(|motion| motion.is_free() || motion.rests())
-            && particles.iter().all(|particle| particle.velocity() == Vec3::zeros()),
+            && particles.iter().all(|particle| particle.velocity() == Vec3::zeros())
+            && placed.is_none(),
     };
     let (insertions, removals) = exchange.resolve()?;
     if !insertions.is_empty() {
@@ -257,7 +311,9 @@ fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Fo
         known.few = are_few(templates, counts);
         plan = RunPlan::new(document, &known)?;
     }
-    refuse_paths(document, &particles, placed - particles.len(), !insertions.is_empty())?;
+    if placed.is_none() {
+        refuse_paths(document, &particles, count - particles.len(), !insertions.is_empty())?;
+    }
     let (text, free_volume) = (saved_text(document, &engine), placer.free_volume);
     let (walls, wall_keys): (Vec<Wall>, Vec<_>) =
         walls.into_iter().map(|placed| (placed.wall, placed.key)).unzip();
@@ -285,6 +341,8 @@ fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Fo
         substeps,
         gravity,
         fixed_array: None,
+        scales: kinds.scales,
+        placed: None,
         plan,
         provenance: Provenance {
             name: name.to_string(),
@@ -295,6 +353,12 @@ fn resolve(source: &Source, name: &str, files: Files, places: Option<&mut dyn Fo
             notes,
         },
     };
+    if placed.is_some() {
+        // The process that has placed the particles has judged the case.
+        setup.fixed_array = placed.as_ref().and_then(|placed| placed.fixed_array);
+        setup.placed = placed;
+        return Ok(setup);
+    }
     if (0..3).any(|axis| setup.drives(axis)) {
         setup.fixed_array = FixedArray::of(&setup);
     }

@@ -13,6 +13,7 @@
 //! Reference: Pope (2000), Turbulent Flows, section 7.1.
 
 use super::array::HeldBodies;
+use super::placed::Totals;
 use super::scales::Reference;
 use super::{FluidSetup, Insertion, Setup};
 use crate::contact::{ContactModel, SpherePair};
@@ -125,7 +126,10 @@ impl Setup {
     /// Resistance against a net flux along an axis: bodies that are held, by the drag of an array of theirs, and walls, as a slit does, at
     /// `12 nu / h^2`.
     pub(crate) fn resistance(&self, fluid: &FluidSetup, axis: usize) -> Resistance {
-        let bodies = HeldBodies::of(self, axis);
+        let bodies = match &self.placed {
+            Some(placed) => placed.totals.held[axis],
+            None => HeldBodies::of(self, axis),
+        };
         let width = self.width_across(axis);
         if bodies.is_none() && width.is_infinite() {
             return Resistance::None { rate: fluid.control_rate };
@@ -236,24 +240,12 @@ impl Setup {
 
     /// Bound (m/s) of the difference of the velocities of surfaces at the start, beside that of the flow, or of inserted particles.
     fn starting_speed(&self) -> f64 {
-        let flow = self.fluid.as_ref().and_then(|fluid| fluid.start);
+        let Totals { velocities, rim, .. } = self.totals();
         // Walls are at rest.
-        let rest = (!self.walls.is_empty()).then_some(Vec3::zeros());
-        let (mut low, mut high) = (rest, rest);
-        let mut rim = 0.0_f64;
-        for particle in &self.particles {
-            let velocity =
-                particle.velocity() - flow.map_or(Vec3::zeros(), |flow| flow.velocity(particle.position()));
-            low = Some(low.map_or(velocity, |low| low.inf(&velocity)));
-            high = Some(high.map_or(velocity, |high| high.sup(&velocity)));
-            let shape = &self.templates[particle.template as usize].shape;
-            let spin = particle.angular_velocity()
-                - flow.map_or(Vec3::zeros(), |flow| flow.angular_velocity(particle.position()));
-            // The surface of a sphere moves along itself.
-            if shape.as_sphere().is_none() {
-                rim = rim.max(spin.norm() * shape.circumradius());
-            }
-        }
+        let rest = (!self.walls.is_empty()).then_some([Vec3::zeros(); 2]);
+        let of_particles = velocities.map(|of| of.map(Vec3::from));
+        let all = rest.into_iter().chain(of_particles).reduce(|a, b| [a[0].inf(&b[0]), a[1].sup(&b[1])]);
+        let (mut low, mut high) = (all.map(|[low, _]| low), all.map(|[_, high]| high));
         for Insertion { bodies, .. } in &self.insertions {
             let [mean, spread] = bodies.velocity;
             let ([slow, fast], least) = ([mean - spread, mean + spread], Vec3::zeros());

@@ -11,6 +11,7 @@ use crate::engine::EngineChoice;
 use crate::engine::process::{External, ExternalParams};
 use crate::error::Result;
 use crate::memory;
+use crate::particle::Particle;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -51,6 +52,17 @@ pub(super) struct Context {
     pub(super) log: Option<PathBuf>,
     /// Set when the run shall stop.
     pub(super) stop: Arc<AtomicBool>,
+}
+
+/// The rank in whose block a particle of a case begins.
+pub(super) fn owner(cut: &Decomposition, particle: &Particle) -> usize {
+    if cut.ranks() == 1 { 0 } else { cut.owner(cut.domain.wrap(particle.position())) }
+}
+
+/// The particles of the case that begin in the block of this rank.
+pub(super) fn handed(setup: &Setup, cut: &Decomposition, comm: &Comm) -> Vec<Particle> {
+    let is_here = |particle: &&Particle| owner(cut, particle) == comm.rank();
+    setup.particles.iter().filter(is_here).copied().collect()
 }
 
 /// The engine with the particles of the case. Errors: [`crate::Error::Input`] if this program was built without the engine; those of the
@@ -110,7 +122,10 @@ pub(super) fn engine(
                 motions: setup.motions.clone(),
                 sums_facets: setup.plan.output.wear_every > 0,
             };
-            Ok(Box::new(Native::new(params, decomposition, comm.rank(), templates, &setup.particles)?))
+            let handed = handed(setup, &decomposition, comm);
+            Ok(Box::new(
+                Native::new(params, decomposition, comm.rank(), templates, &[])?.with(comm, &handed)?,
+            ))
         }
     }
 }

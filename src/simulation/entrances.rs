@@ -60,7 +60,8 @@ impl Simulation {
     /// As [`with_engine`](Self::with_engine).
     pub fn caller_driven(setup: &Setup, decomposition: &Decomposition, comm: Comm) -> Result<Self> {
         let templates = setup.templates.clone();
-        let engine = Ballistic::new(decomposition.clone(), comm.rank(), templates, &setup.particles);
+        let handed = super::engine::handed(setup, decomposition, &comm);
+        let engine = Ballistic::new(decomposition.clone(), comm.rank(), templates, &[]).with(&comm, &handed);
         let simulation = Self::with_engine(setup, decomposition, comm, Box::new(engine))?;
         Ok(Self { caller_moves: true, ..simulation })
     }

@@ -32,7 +32,7 @@ pub(super) fn hint(setup: &Setup) -> String {
     if setup.walls.iter().any(|wall| !wall.motion.rests()) {
         drives.push("moving walls".to_string());
     }
-    let started = setup.particles.iter().map(|p| p.velocity().norm()).fold(0.0, f64::max);
+    let started = setup.totals().fastest;
     let inserted = setup.insertions.iter().map(Insertion::speed).fold(0.0, f64::max);
     if inserted > 0.0 {
         drives.push(format!("insertion at up to {inserted:.3e} m/s{}", lattice("", inserted)));

@@ -48,7 +48,7 @@ pub fn identity(setup: &Setup) -> Json {
 /// Id of a run, which tells its checkpoints from those of another one: of [`identity`] and the particles at the start, so that it is the
 /// same for a run that is repeated. `origin` names the state with which a branch begins.
 pub(super) fn run_id(setup: &Setup, origin: &str) -> String {
-    let start = xxh3_64(bytemuck::cast_slice(&setup.particles));
+    let start = setup.totals().hash;
     format!("{:016x}", xxh3_64(format!("{} {start} {origin}", identity(setup)).as_bytes()))
 }
 
@@ -59,6 +59,10 @@ pub(super) fn relaxation_time(fluid: Option<&FluidSetup>) -> f64 {
 
 /// XXH3 (64 bits, 16 hexadecimal digits) of the numbers that the [module](self) lists, in canonical form.
 pub(super) fn setup_hash(setup: &Setup) -> String {
+    if let Some(placed) = &setup.placed {
+        // Of files that this process has not read, too.
+        return placed.setup_hash.clone();
+    }
     let mut text = String::new();
     canonical(&physics(setup), &mut text);
     format!("{:016x}", xxh3_64(text.as_bytes()))

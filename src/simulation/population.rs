@@ -22,19 +22,11 @@ pub(super) struct Counts {
 
 impl Counts {
     pub(super) fn of(setup: &Setup) -> Self {
-        let mut start = vec![0; setup.templates.len()];
-        for particle in &setup.particles {
-            start[particle.template as usize] += 1;
-        }
-        let volume = |particle: &Particle| setup.templates[particle.template as usize].shape.volume();
+        let totals = setup.totals();
+        let start: Vec<i64> = totals.counts.iter().map(|&count| count as i64).collect();
         let each = (0..setup.templates.len())
             .map(|index| (setup.submerged_weight_of(index), setup.templates[index].shape.volume()));
-        Self {
-            now: start.clone(),
-            start,
-            all: (setup.submerged_weight(), setup.particles.iter().map(volume).sum()),
-            each: each.collect(),
-        }
+        Self { now: start.clone(), start, all: (totals.weight(), totals.volume), each: each.collect() }
     }
 
     /// Weight less buoyancy and volume of all particles: to the bit those of the start where nothing has come or gone.

@@ -5,10 +5,11 @@ use super::checkpointer::{Checkpointer, Requests, saved_head};
 use super::engine::{Context, engine};
 use super::identity::run_id;
 use super::observe::{Observer, kinds};
+use super::together::read_together;
 use super::work::{Forecast, Work, cores};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
-use crate::case::{self, Setup};
+use crate::case::{Origin, Setup};
 use crate::checkpoint::CaseText;
 use crate::comm::{self, Comm, try_on_threads};
 use crate::domain::Decomposition;
@@ -16,8 +17,9 @@ use crate::engine::refuse_unusable;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind, Lock};
 use crate::output::{OutputFiles, Summary};
+use crate::packing::progress::Unfollowed;
 #[cfg(feature = "mpi")]
-use crate::{checkpoint, comm::MpiComm};
+use crate::{checkpoint, comm::MpiComm, simulation::together::agreed_on};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
@@ -189,7 +191,7 @@ pub fn finished(setup: &Setup) -> Option<Summary> {
 pub fn saved_setup(directory: &Path, changes: &[String], threads: Option<usize>) -> Result<Setup> {
     let head = saved_head(directory)?;
     let CaseText { name, text, files, .. } = &head.case;
-    let mut setup = case::from_saved(name, text, files, changes)?;
+    let mut setup = read_together(Origin::Saved(name, text, files), changes, &mut Unfollowed)?;
     setup.plan.output.directory = directory.to_path_buf();
     setup.plan.threads = threads.unwrap_or(setup.plan.threads);
     Ok(setup)
@@ -258,18 +260,7 @@ pub(super) fn job() -> Result<Comm> {
 pub fn agreed<R>(result: Result<R>) -> Result<R> {
     #[cfg(feature = "mpi")]
     if processes().is_some() {
-        let comm = Comm::Mpi(world()?);
-        let result = result.map_err(|error| match error {
-            Error::Agreed { .. } | Error::OtherRank => error,
-            error => Error::Agreed {
-                code: error.exit_code(),
-                text: match comm.rank() {
-                    0 => error.to_string(),
-                    rank => format!("rank {rank}: {error}"),
-                },
-            },
-        });
-        return checkpoint::agreed(&comm, result);
+        return agreed_on(&Comm::Mpi(world()?), result);
     }
     result
 }
@@ -301,6 +292,9 @@ pub fn decompose(setup: &Setup) -> Result<Decomposition> {
 
 /// The same for this number of processes, if the ranks are processes, else for threads.
 pub(super) fn decompose_for(setup: &Setup, processes: Option<usize>) -> Result<Decomposition> {
+    if let Some(placed) = &setup.placed {
+        return Ok(placed.cut(setup.domain));
+    }
     let ranks = match processes.unwrap_or(setup.plan.threads) {
         0 => Decomposition::max_ranks(setup.domain, cores()),
         asked => asked,

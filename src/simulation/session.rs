@@ -4,14 +4,16 @@ use super::caller::all_or_words;
 use super::entrances::nearest_step;
 use super::observe::all_fields;
 use super::run::{all_good, decompose_for};
+use super::together::read_on;
 use super::{Fields, Simulation};
-use crate::case::Setup;
+use crate::case::{Origin, Setup};
 #[cfg(feature = "mpi")]
 use crate::comm::MpiComm;
 use crate::comm::{Comm, try_on_threads};
 use crate::dem::Load;
 use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
+use crate::packing::progress::Unfollowed;
 use crate::particle::Particle;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -106,30 +108,36 @@ impl Session {
         Self::with(setup, Simulation::caller_driven, None)
     }
 
-    /// The case on the processes of a communicator of a program that has started MPI for calls from several threads
+    /// A case on the processes of a communicator of a program that has started MPI for calls from several threads
     /// (`MPI_THREAD_SERIALIZED`), given by its handle of Fortran's (`MPI_Comm_c2f`); with particles that the engine of the case moves, or the
-    /// caller. Each process is a rank. Collective, as is every method but [`setup`](Self::setup), [`block`](Self::block), [`is_of_several`](Self::is_of_several),
+    /// caller. Each process is a rank, and the case is read as by [`read_together`](super::read_together). Collective, as is every method but [`setup`](Self::setup), [`block`](Self::block), [`is_of_several`](Self::is_of_several),
     /// [`nearest_step`](Self::nearest_step) and [`check_process`](Self::check_process), and the end of the session.
     ///
     /// # Errors
-    /// As [`new`](Self::new), the same on every process; [`Error::Input`] if MPI does not run or for one thread alone, or if Turbid was
+    /// As [`new`](Self::new) and those of the case, the same on every process; [`Error::Input`] if MPI does not run or for one thread alone, or if Turbid was
     /// built without the cargo feature `mpi`.
-    pub fn on_communicator(setup: Setup, communicator: i32, caller_moves: bool) -> Result<Self> {
+    pub fn on_communicator(
+        origin: Origin,
+        options: &[String],
+        communicator: i32,
+        caller_moves: bool,
+    ) -> Result<Self> {
         let new = if caller_moves { Simulation::caller_driven } else { Simulation::new };
-        Self::with(setup, new, Some(communicator))
+        let job = job_of(communicator)?;
+        let setup = read_on(&job, origin, options, &mut Unfollowed)?;
+        Self::with(setup, new, Some(job))
     }
 
     fn with(
         setup: Setup,
         new: fn(&Setup, &Decomposition, Comm) -> Result<Simulation>,
-        communicator: Option<i32>,
+        job: Option<Comm>,
     ) -> Result<Self> {
         if setup.changes_population() {
             let what = "particles of `insertion` and `removal` come and go, but those of a session, in C or Python, are always the same: \
                         run the case with turbid, or with `Simulation` of the Rust library";
             return Err(Error::Input(what.to_string()));
         }
-        let job = communicator.map(job_of).transpose()?;
         let cut = Arc::new(decompose_for(&setup, job.as_ref().map(Comm::size))?);
         let setup = Arc::new(setup);
         let here = if job.is_some() { 1 } else { cut.ranks() };
@@ -140,9 +148,11 @@ impl Session {
             Some(comm) => cut.block(comm.rank()),
             None => Block { lo: [0; 3], hi: cut.domain.cells },
         };
-        let mut all: Vec<u64> = setup.particles.iter().map(|particle| particle.id).collect();
-        all.sort_unstable();
-        let held = (!is_of_several).then(|| all.into());
+        let held = (!is_of_several).then(|| {
+            let mut all: Vec<u64> = setup.particles.iter().map(|particle| particle.id).collect();
+            all.sort_unstable();
+            all.into()
+        });
         let (of_case, of_ranks) = (setup.clone(), cut.clone());
         let start = move || match job {
             Some(comm) => of_job(|| serve(new(&of_case, &of_ranks, comm), &jobs[0])),

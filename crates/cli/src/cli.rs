@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 use terminal::{say, warn};
-use turbid::case::{self, Setup};
+use turbid::case::{self, Origin, Setup};
 use turbid::comm;
 use turbid::error::{Error, Result};
 
@@ -372,12 +372,26 @@ fn load(path: &Path, changes: &Changes) -> Result<Setup> {
     load_from(path, changes, None)
 }
 
+/// The same for all processes of an MPI job, each with its own particles. Collective.
+fn load_together(path: &Path, changes: &Changes) -> Result<Setup> {
+    follow(changes, None, |set, packing| turbid::simulation::read_together(Origin::File(path), set, packing))
+}
+
 /// The same, where a dense packing keeps its state in the file `part`, and continues from it.
 fn load_from(path: &Path, changes: &Changes, part: Option<&Path>) -> Result<Setup> {
+    follow(changes, part, |set, packing| case::load_followed(path, set, packing))
+}
+
+/// Reads a case with these changes, and tells the user about it.
+fn follow(
+    changes: &Changes,
+    part: Option<&Path>,
+    read: impl FnOnce(&[String], &mut Packing) -> Result<Setup>,
+) -> Result<Setup> {
     let set = changes.all();
     let (read, notes) = terminal::reporting("reading the case and placing its particles", |status| {
         let mut packing = Packing::new(status, part);
-        (case::load_followed(path, &set, &mut packing), packing.notes)
+        (read(&set, &mut packing), packing.notes)
     });
     for note in notes {
         terminal::remark("note", &note);

@@ -56,7 +56,7 @@ pub fn bench(setup: &Setup, options: &BenchOptions) -> Result<BenchReport> {
 fn conditions(setup: &Setup, options: &BenchOptions) -> Result<Json> {
     let mut conditions = identity(setup);
     let more = json!({
-        "particles": setup.particles.len(),
+        "particles": setup.start_count(),
         "simd": instruction_set(setup),
         "device": device_name(setup),
         "ranks": decompose(setup)?.ranks(),
@@ -107,7 +107,7 @@ fn bench_rank(
     let resident = peak_resident_bytes();
     simulation.comm().barrier();
     *simulation.timings() = Timings::default();
-    let mut alone = if setup.particles.is_empty() {
+    let mut alone = if setup.start_count() == 0 {
         None
     } else {
         simulation.alone(&without_particles(setup), decomposition)?
@@ -184,7 +184,7 @@ fn bench_rank(
         memory_per_rank_bytes: memory.max as u64,
         ranks_per_process,
         cells,
-        particles: setup.particles.len(),
+        particles: setup.start_count(),
         contacts: by_rank.iter().map(|rank| rank.contacts).sum(),
         precision: setup.plan.precision.name().to_owned(),
         threads: comm.size(),

@@ -9,7 +9,7 @@ mod types;
 use border::{Failure, find, forget, guard, put, rows, store, text};
 use std::ffi::{CStr, c_char};
 use std::path::Path;
-use turbid::case;
+use turbid::case::{self, Origin};
 use turbid::simulation::Session;
 pub use types::{Body, Handle, Info, Load, Particle};
 
@@ -39,18 +39,16 @@ unsafe fn open(
             options.lines().filter(|line| !line.trim().is_empty()).map(str::to_owned).collect();
         // SAFETY: as above.
         let source = unsafe { text(if is_file { "path" } else { "text" }, source)? };
-        let setup = if is_file {
-            case::load(Path::new(&source), &options)?
-        } else {
-            case::from_text(&source, "case", &options)?
-        };
         if handle.is_null() || !handle.is_aligned() {
             return Err(Failure::argument("handle: a pointer to a turbid_handle is needed"));
         }
+        let origin = if is_file { Origin::File(Path::new(&source)) } else { Origin::Text(&source, "case") };
         let session = match communicator {
-            Some(handle) => Session::on_communicator(setup, handle, caller_moves != 0),
-            None if caller_moves == 0 => Session::new(setup),
-            None => Session::caller_driven(setup),
+            Some(handle) => Session::on_communicator(origin, &options, handle, caller_moves != 0),
+            None => case::read_alone(origin, &options).and_then(|setup| match caller_moves {
+                0 => Session::new(setup),
+                _ => Session::caller_driven(setup),
+            }),
         };
         let number = store(session?);
         // SAFETY: not null, aligned, and the caller vouches for its target.

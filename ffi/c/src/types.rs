@@ -123,7 +123,7 @@ pub struct Info {
 impl Info {
     pub(crate) fn of(setup: &Setup) -> Self {
         Self {
-            particles: setup.particles.len(),
+            particles: setup.start_count(),
             cells: setup.domain.cells,
             dx: setup.domain.dx,
             time_step: setup.time_step,

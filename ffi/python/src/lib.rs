@@ -9,10 +9,10 @@ use std::panic::resume_unwind;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
+use turbid::case::{self, Origin};
 use turbid::dem::{Load, LoadRow};
 use turbid::particle::Particle;
 use turbid::simulation::{self, RunOptions};
-use turbid::{Setup, case};
 
 create_exception!(
     turbid,
@@ -46,13 +46,13 @@ fn without_lock<R: Send>(py: Python<'_>, work: impl FnOnce() -> turbid::Result<R
     py.detach(work).map_err(|error| raise(py, error))
 }
 
-/// The case in `text`, which is of a `form`: the path of a file, TOML, or JSON of a dict.
-fn setup(
+/// Does `work` with the case in `text`, which is of a `form`, the path of a file, TOML, or JSON of a dict, and its options.
+fn with_case<R: Send>(
     py: Python<'_>,
     (form, text): (&str, String),
-    mut options: Vec<String>,
-    threads: Option<usize>,
-) -> PyResult<Setup> {
+    (mut options, threads): (Vec<String>, Option<usize>),
+    work: impl FnOnce(Origin, &[String]) -> turbid::Result<R> + Send,
+) -> PyResult<R> {
     options.extend(threads.map(|threads| format!("run.threads={threads}")));
     let text = match form {
         "json" => {
@@ -62,10 +62,8 @@ fn setup(
         }
         _ => text,
     };
-    without_lock(py, || match form {
-        "path" => case::load(Path::new(&text), &options),
-        _ => case::from_text(&text, "case", &options),
-    })
+    let origin = if form == "path" { Origin::File(Path::new(&text)) } else { Origin::Text(&text, "case") };
+    without_lock(py, || work(origin, &options))
 }
 
 /// Rows of a list as bytes.
@@ -95,11 +93,10 @@ impl Session {
         caller_driven: bool,
         communicator: Option<i32>,
     ) -> PyResult<Self> {
-        let setup = setup(py, (form, text), options, threads)?;
-        without_lock(py, || match communicator {
-            Some(handle) => simulation::Session::on_communicator(setup, handle, caller_driven),
-            None if caller_driven => simulation::Session::caller_driven(setup),
-            None => simulation::Session::new(setup),
+        with_case(py, (form, text), (options, threads), |origin, options| match communicator {
+            Some(handle) => simulation::Session::on_communicator(origin, options, handle, caller_driven),
+            None if caller_driven => simulation::Session::caller_driven(case::read_alone(origin, options)?),
+            None => simulation::Session::new(case::read_alone(origin, options)?),
         })
         .map(Self)
     }
@@ -241,7 +238,7 @@ fn run(
     threads: Option<usize>,
     overwrite: bool,
 ) -> PyResult<String> {
-    let setup = setup(py, (form, text), options, threads)?;
+    let setup = with_case(py, (form, text), (options, threads), case::read_alone)?;
     let options = RunOptions { overwrite, ..RunOptions::default() };
     let stop = options.stop.clone();
     let thread = std::thread::spawn(move || simulation::run(&setup, &options));

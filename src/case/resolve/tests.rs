@@ -26,7 +26,7 @@ const TEXT: &str = r"
 fn setup(options: &[&str]) -> Setup {
     let options: Vec<String> = options.iter().map(ToString::to_string).collect();
     let source = Source::new("case.toml".to_string(), TEXT.to_string(), &options);
-    resolve(&source, "case", Files::on_disk(Path::new("")), Some(&mut Unfollowed))
+    resolve(&source, "case", Files::on_disk(Path::new("")), Places::Here(&mut Unfollowed))
         .unwrap_or_else(|e| panic!("{e}"))
 }
 
@@ -345,7 +345,7 @@ const DRY: &str = r"
 #[test]
 fn a_dry_run_has_a_box_of_its_exact_size_and_a_step_that_is_a_part_of_a_contact() {
     let source = Source::new("case.toml".to_string(), DRY.to_string(), &[]);
-    let setup = resolve(&source, "case", Files::on_disk(Path::new("")), Some(&mut Unfollowed))
+    let setup = resolve(&source, "case", Files::on_disk(Path::new("")), Places::Here(&mut Unfollowed))
         .unwrap_or_else(|e| panic!("{e}"));
     assert!(setup.fluid.is_none() && setup.provenance.warnings.is_empty());
     assert!((setup.domain.size() - Vec3::new(0.1, 0.05, 0.2)).norm() < 1e-12);

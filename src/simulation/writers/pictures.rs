@@ -309,8 +309,9 @@ fn expected(setup: &Setup) -> f64 {
         let turning = wall.motion.angular_velocity.largest().norm() * 0.5 * size.norm();
         wall.motion.velocity.largest().norm() + turning
     });
-    let particles = (setup.particles.iter())
-        .map(|p| p.velocity().norm().max(setup.prescribed_speed(p.template as usize)));
+    let totals = setup.totals();
+    let present = (0..).zip(&totals.counts).filter(|(_, count)| **count > 0);
+    let particles = present.map(|(template, _)| setup.prescribed_speed(template)).chain([totals.fastest]);
     let (settling, driven) = if let Some(fluid) = &setup.fluid {
         // Poiseuille's flow in the narrowest closed direction, unless it has no time to develop.
         let width = (0..3).filter(|&i| !setup.domain.is_periodic(i)).map(|i| size[i]);

@@ -117,8 +117,9 @@ impl<'a> Series<'a> {
 
     /// More than one particle moves freely.
     fn is_suspension(&self) -> bool {
-        let free = |particle: &&Particle| !self.setup.motions[particle.template as usize].holds_centre();
-        !self.setup.insertions.is_empty() || self.setup.particles.iter().filter(free).nth(1).is_some()
+        let counts = self.setup.start_counts().into_iter().zip(&self.setup.motions);
+        let free = counts.filter(|(_, motion)| !motion.holds_centre());
+        !self.setup.insertions.is_empty() || free.map(|(count, _)| count).sum::<usize>() > 1
     }
 }
 
@@ -313,9 +314,8 @@ impl Samples {
 
 /// The largest of the lowest ids, as many as there are paths, those of inserted particles among them.
 fn last_path(setup: &Setup) -> Option<u64> {
-    let mut ids: Vec<u64> = setup.particles.iter().map(|particle| particle.id).collect();
-    let count = ids.len().min(PATHS);
-    let last = count.checked_sub(1).map(|last| *ids.select_nth_unstable(last).1);
+    let count = setup.start_count().min(PATHS);
+    let last = setup.totals().last_path;
     if setup.insertions.is_empty() || count == PATHS {
         return last;
     }

@@ -102,7 +102,7 @@ pub(super) fn rows(setup: &Setup) -> Vec<Row> {
     let remark = nearest_limit().map_or(String::new(), |room| room.limit);
     rows.push(row("memory", in_bytes(memory_parts(setup).iter().sum()), remark));
     rows.extend(bodies::wall_rows(setup));
-    rows.push(row("particles", setup.particles.len().to_string(), ""));
+    rows.push(row("particles", setup.start_count().to_string(), ""));
     let [actual, requested] = [setup.volume_fraction, setup.requested_volume_fraction];
     let remark = if (actual - requested).abs() > 1e-9 {
         format!("{requested:.5} requested: rounded up to whole particles")

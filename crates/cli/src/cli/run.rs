@@ -3,7 +3,7 @@
 use super::live::{self, LiveFlags};
 use super::progress::Terminal;
 use super::terminal::{remark, say, warn};
-use super::{ResumeArguments, RunArguments, RunFlags, load, preflight, signals, with_device};
+use super::{ResumeArguments, RunArguments, RunFlags, load_together, preflight, signals, with_device};
 use std::path::Path;
 use std::sync::Arc;
 use turbid::case::Setup;
@@ -18,7 +18,14 @@ const DRIFT_LIMIT: f64 = 0.05;
 pub(super) const STOPPING: &str = "stopping, writing a checkpoint";
 
 pub(super) fn run(arguments: &RunArguments) -> Result<()> {
-    let (mut setup, options) = simulation::agreed(prepare(arguments))?;
+    // Signals first: reading and packing may take a while.
+    let mut options = simulation::agreed(options_of_run(&arguments.flags, &arguments.live))?;
+    options.overwrite = arguments.overwrite;
+    let mut setup = load_together(&arguments.case.case, &arguments.case.changes)?;
+    if let Some(out) = &arguments.out {
+        setup.plan.output.directory.clone_from(out);
+    }
+    simulation::agreed(preflight::refuse_what_does_not_fit(&setup))?;
     advise(&mut setup, arguments.flags.quiet);
     let summary = simulation::run(&setup, &options)?;
     ended(summary.as_ref(), &setup.plan.output.directory, arguments.flags.quiet)
@@ -31,19 +38,6 @@ fn advise(setup: &mut Setup, quiet: bool) {
         warn(text);
     }
     setup.provenance.warnings.extend(advice);
-}
-
-/// The case, and options that signals set: all that can fail on one process of an MPI job alone.
-fn prepare(arguments: &RunArguments) -> Result<(Setup, RunOptions)> {
-    // Signals first: reading and packing may take a while.
-    let mut options = options_of_run(&arguments.flags, &arguments.live)?;
-    options.overwrite = arguments.overwrite;
-    let mut setup = load(&arguments.case.case, &arguments.case.changes)?;
-    if let Some(out) = &arguments.out {
-        setup.plan.output.directory.clone_from(out);
-    }
-    preflight::refuse_what_does_not_fit(&setup)?;
-    Ok((setup, options))
 }
 
 /// Resumes a run from its last checkpoint, or branches one off.
@@ -61,7 +55,11 @@ pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
         advise(&mut branch.setup, quiet);
         return ended(simulation::branch(&branch, &options)?.as_ref(), out, quiet);
     }
-    let (setup, options) = simulation::agreed(prepare_resume(arguments))?;
+    // All processes come to the checkpoint, or none.
+    let options = simulation::agreed(options_of_run(&arguments.flags, &arguments.live))?;
+    let set = with_device(&arguments.set, arguments.device.as_ref());
+    let setup = simulation::saved_setup(directory, &set, arguments.threads)?;
+    simulation::agreed(preflight::refuse_what_does_not_fit(&setup))?;
     if let Some(summary) = simulation::finished(&setup).filter(|_| !quiet) {
         let (shown, steps) = (directory.display(), summary.steps);
         remark(
@@ -77,7 +75,7 @@ pub(super) fn resume(arguments: &ResumeArguments) -> Result<()> {
     ended(summary.as_ref(), directory, quiet)
 }
 
-/// The case of a branch, as [`prepare`].
+/// The case of a branch, and options that signals set: all that can fail on one process of an MPI job alone.
 fn prepare_branch(arguments: &ResumeArguments, out: &Path) -> Result<(Branch, RunOptions)> {
     // All processes come to the checkpoint, or none.
     let options = simulation::agreed(options_of_run(&arguments.flags, &arguments.live))?;
@@ -85,15 +83,6 @@ fn prepare_branch(arguments: &ResumeArguments, out: &Path) -> Result<(Branch, Ru
     let branch = Branch::new(&arguments.directory, &set, arguments.threads, out)?;
     preflight::refuse_what_does_not_fit(&branch.setup)?;
     Ok((branch, options))
-}
-
-/// The saved case, as [`prepare`].
-fn prepare_resume(arguments: &ResumeArguments) -> Result<(Setup, RunOptions)> {
-    let options = simulation::agreed(options_of_run(&arguments.flags, &arguments.live))?;
-    let set = with_device(&arguments.set, arguments.device.as_ref());
-    let setup = simulation::saved_setup(&arguments.directory, &set, arguments.threads)?;
-    preflight::refuse_what_does_not_fit(&setup)?;
-    Ok((setup, options))
 }
 
 /// Options of one run, with progress on the terminal and on a page.

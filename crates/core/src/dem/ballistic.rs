@@ -36,6 +36,14 @@ impl Ballistic {
         let local = LocalParticles::new(&near, templates, all.iter().copied());
         Self { near, local, step: 0 }
     }
+
+    /// The same with the particles that the ranks hand over, each by one of them. Collective.
+    #[must_use]
+    pub fn with(mut self, comm: &Comm, handed: &[Particle]) -> Self {
+        let handed = handed.iter().map(|particle| (*particle, Load::default()));
+        self.local.take_over(&self.near, comm, 0, handed);
+        self
+    }
 }
 
 impl DemEngine for Ballistic {

@@ -8,9 +8,6 @@ use crate::particle::{Particle, ParticleStore, Template};
 use bytemuck::{Pod, Zeroable};
 use std::sync::Arc;
 
-/// Number of particles that a rank hands over at a time.
-const ROUND: usize = 1 << 15;
-
 /// Owned particles and ghosts, with their loads.
 #[derive(Clone, Debug)]
 pub struct LocalParticles {
@@ -74,7 +71,7 @@ impl LocalParticles {
     }
 
     /// Replaces all particles by those that the ranks hand over, each by one of them, wherever they are, with their loads; the next id is
-    /// at least `next_id`. A rank has never more of others' than [`ROUND`] from each. Collective.
+    /// at least `next_id`. Collective.
     pub fn take_over(
         &mut self,
         near: &GhostLayer,
@@ -84,16 +81,11 @@ impl LocalParticles {
     ) {
         let domain = near.decomposition().domain;
         let mut numbers = Population { count: 0, next_id };
-        let mut handed = handed.into_iter().peekable();
-        let mut owned: Vec<MigrationRecord> = Vec::new();
-        while comm.any(handed.peek().is_some()) {
-            let records = handed.by_ref().take(ROUND).map(|(mut particle, load)| {
-                particle.position = domain.wrap(particle.position()).into();
-                numbers.add(&particle);
-                (near.owner(particle.position()), MigrationRecord::new(particle, load))
-            });
-            owned.extend(comm.route_records(records).into_iter().flat_map(|(_, records)| records));
-        }
+        let mut owned = comm.hand_over(handed.into_iter().map(|(mut particle, load)| {
+            particle.position = domain.wrap(particle.position()).into();
+            numbers.add(&particle);
+            (near.owner(particle.position()), MigrationRecord::new(particle, load))
+        }));
         owned.sort_unstable_by_key(|record| record.particle.id);
         self.set_owned(near.rank, owned.into_iter().map(|of| (of.particle, of.load.into())));
         self.refresh(near, comm);
@@ -288,7 +280,7 @@ mod tests {
         let domain = Domain { faces: Domain::faces([true, false, true]), cells: [16, 16, 16], dx: 0.25 };
         let templates: Arc<[Template]> =
             Arc::new([Template { shape: Arc::new(Sphere { radius: 0.3 }), material: 0, density: 1.0 }]);
-        let count = ROUND as u64 + 100;
+        let count = 5000;
         let part = |n: u64, k: u64| (n * k % 65_521) as f64 / 65_521.0 * 4.1;
         let body =
             |n: u64| Particle::at(2 * n, 0, Vec3::new(part(n, 7), part(n, 311).min(4.0), part(n, 1013)));

@@ -210,6 +210,20 @@ impl Native {
         })
     }
 
+    /// The same with the particles that the ranks hand over, each by one of them. Errors: as [`new`](Self::new), on every rank. Collective.
+    pub fn with(mut self, comm: &Comm, handed: &[Particle]) -> Result<Self> {
+        let ContactContext { near, local, params, templates, .. } = &mut self.context;
+        let mut reach: [f64; 3] = widest(Vec3::zeros(), handed, templates).into();
+        comm.max(&mut reach);
+        self.widest = reach.into();
+        if params.contact.is_some() {
+            check_images(near.decomposition(), self.widest)?;
+        }
+        let begun = handed.iter().map(|particle| (started(particle, templates, 0.0), Load::default()));
+        local.take_over(near, comm, 0, begun);
+        Ok(self)
+    }
+
     /// Continues from the state of another engine after `substep` sub-steps: the particles are its particles,
     /// `records` are (at least) the histories of the contacts that this rank evaluates, `begun` is the number of
     /// contacts that have begun here. Walls are where `substep` sub-steps of the coming length have brought them.

@@ -93,19 +93,17 @@ impl Bed {
     pub(super) fn of(setup: &Setup) -> Option<Self> {
         let fluid = setup.fluid.as_ref()?;
         let fixed = |motion: &PrescribedMotion| *motion == PrescribedMotion::fixed();
-        if setup.particles.is_empty() || !setup.motions.iter().all(fixed) {
+        if setup.start_count() == 0 || !setup.motions.iter().all(fixed) {
             return None;
         }
         let acceleration = fluid.body_acceleration.constant()?;
         let drive = Vec3::from_fn(|a, _| if setup.domain.is_periodic(a) { acceleration[a] } else { 0.0 });
         let flux = Vec3::from(fluid.net_flux.map(Option::unwrap_or_default));
-        let diameter = |template: u64| setup.templates[template as usize].shape.equivalent_diameter();
-        let diameters: f64 = setup.particles.iter().map(|particle| diameter(particle.template)).sum();
         Some(Self {
             along: drive.try_normalize(0.0).or_else(|| flux.try_normalize(0.0))?,
             acceleration: drive.norm(),
             viscosity: fluid.viscosity,
-            stokes: 3.0 * PI * fluid.density * fluid.viscosity * diameters,
+            stokes: 3.0 * PI * fluid.density * fluid.viscosity * setup.totals().diameters,
         })
     }
 

@@ -24,9 +24,9 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
             "with 2 us per message and 10 GB/s, nothing hidden behind work".into(),
         ],
         vec![
-            "  of all particles".into(),
-            in_bytes(forecast.everywhere),
-            "in each process of MPI, or once for all threads".into(),
+            "  start".into(),
+            in_bytes(forecast.placing),
+            "on rank 0, which reads the case and places all particles".into(),
         ],
     ]));
     if setup.engine.is_in_parts() {
