@@ -23,7 +23,7 @@
 //! ```
 
 use std::f64::consts::PI;
-use turbid::comm::Comm;
+use turbid::comm::{Comm, SavedParts};
 use turbid::dem::{ContactState, ContactSummary, DemEngine, Load};
 use turbid::domain::Decomposition;
 use turbid::particle::ParticleStore;
@@ -97,7 +97,7 @@ impl DemEngine for Shaker {
         Err(Error::Unsupported { engine, what })
     }
 
-    fn restore(&mut self, comm: &Comm, _: &[Vec<u8>]) -> Result<()> {
+    fn restore(&mut self, comm: &Comm, _: &SavedParts) -> Result<()> {
         self.save(comm).map(|_| ())
     }
 }

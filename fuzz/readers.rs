@@ -183,7 +183,7 @@ fn read_all(folder: &Path) -> bool {
     let Ok(checkpoint) = Checkpoint::open(folder) else {
         return false;
     };
-    let sections = checkpoint.states();
+    let sections = checkpoint.states(&Comm::Solo);
     let whole = Block { lo: [0; 3], hi: checkpoint.head().cells };
     sections.is_ok() && checkpoint.planes(whole, |_, _| Ok(())).is_ok()
 }

@@ -4,6 +4,7 @@ use super::folder::name_of;
 use super::manifest::{FileEntry, Manifest, hex};
 use super::part::{self, COUPLING, ENGINE, PartHead, SHARED};
 use super::{CASE_FILE, CaseText, FILES, Head, MANIFEST, kept_file};
+use crate::comm::{Comm, SavedParts};
 use crate::domain::Block;
 use crate::error::{Error, Result};
 use crate::input;
@@ -107,10 +108,15 @@ impl Checkpoint {
         &self.shared
     }
 
-    /// States of the engine and of the coupling, by rank, or [`Error::Input`] with the part that is damaged.
-    pub fn states(&self) -> Result<[Vec<Vec<u8>>; 2]> {
-        let all = |section| (0..self.ranks()).map(|rank| self.section(rank, section)).collect::<Damage<_>>();
-        let states = all(ENGINE).and_then(|engines| Ok([engines, all(COUPLING)?]));
+    /// States of the engine and of the coupling in the parts that this rank [reads](SavedParts::indices), and in no others; or
+    /// [`Error::Input`] with the part that is damaged. Not collective.
+    pub fn states(&self, comm: &Comm) -> Result<[SavedParts; 2]> {
+        let count = self.ranks();
+        let of = |section| -> Damage<SavedParts> {
+            let read = |n| Ok((n, self.section(n, section)?));
+            Ok(SavedParts { own: SavedParts::indices(comm, count).map(read).collect::<Damage<_>>()?, count })
+        };
+        let states = of(ENGINE).and_then(|engine| Ok([engine, of(COUPLING)?]));
         states.map_err(|what| damaged(&self.directory, &what))
     }
 

@@ -2,7 +2,7 @@
 
 use super::manifest::Manifest;
 use super::*;
-use crate::comm::on_threads;
+use crate::comm::{Comm, SavedParts, on_threads};
 use std::collections::BTreeSet;
 use std::fs::OpenOptions;
 use std::io;
@@ -96,7 +96,13 @@ fn read_as(checkpoint: &Checkpoint, block: Block) -> Result<()> {
     let step = checkpoint.head().step;
     let parts: Vec<_> = (0..checkpoint.ranks()).map(sections).collect();
     let expected = [0, 1].map(|i| parts.iter().map(|part| part[i].clone()).collect::<Vec<_>>());
-    assert_eq!(checkpoint.states()?, expected);
+    for ranks in 1..=5 {
+        let own = on_threads(ranks, |comm| {
+            let divided = expected.each_ref().map(|parts| SavedParts::divided(&comm, parts));
+            checkpoint.states(&comm).map(|states| assert_eq!(states, divided))
+        });
+        own.into_iter().collect::<Result<()>>()?;
+    }
     assert_eq!((checkpoint.head(), checkpoint.shared()), (&head(step), &parts[0][2][..]));
     let mut seen = BTreeSet::new();
     checkpoint.planes(block, |piece, bytes| {
@@ -331,7 +337,8 @@ fn a_dry_run_has_sections_and_no_planes() {
         write(&directory, &comm, None, &head, &part, plane).unwrap();
     });
     let checkpoint = Checkpoint::open(&directory.join("step-0000000005")).unwrap();
-    assert_eq!(checkpoint.states().unwrap()[0], [b"particles", b"particles"]);
+    let [engine, _] = checkpoint.states(&Comm::Solo).unwrap();
+    assert_eq!(engine.own, [(0, b"particles".to_vec()), (1, b"particles".to_vec())]);
     checkpoint.planes(WHOLE, |_, _| panic!("there is none")).unwrap();
 }
 

@@ -8,6 +8,7 @@ use super::identity::{physics, run_id};
 use super::{Simulation, identity};
 use crate::case::{self, Setup};
 use crate::checkpoint::{CaseText, Head};
+use crate::comm::SavedParts;
 use crate::dem::states;
 use crate::engine::EngineChoice;
 use crate::error::{Error, Result};
@@ -129,7 +130,7 @@ impl Branch {
                     *engines = states::without_memory(engine, engines, substep, &setup.templates)?;
                 }
                 if !self.keeps_coupling {
-                    couplings.clear();
+                    *couplings = SavedParts::default();
                 }
                 Ok(())
             },

@@ -3,7 +3,6 @@
 //! A caller need not know who owns a particle: [`Comm::fetch`] brings its states to their owners, and loads back.
 
 use super::Simulation;
-use crate::checkpoint::agreed;
 use crate::comm::{Comm, Fetched};
 use crate::dem::states::{self, Deep};
 use crate::dem::{Load, LoadRow, LocalParticles};
@@ -60,8 +59,7 @@ pub(super) fn all_or_words<R>(
     prefix: &str,
     result: std::result::Result<R, String>,
 ) -> Result<R> {
-    let result = result.map_err(|what| Error::Input(format!("{prefix}{what}")));
-    agreed(comm, result).map_err(|error| Error::Input(error.to_string()))
+    comm.agree_words(result).map_err(|what| Error::Input(format!("{prefix}{what}")))
 }
 
 /// Begins the error for states that cannot be set.

@@ -75,6 +75,7 @@ pub(super) fn engine(
 ) -> Result<Box<dyn DemEngine>> {
     crate::engine::refuse_unusable(&setup.engine, context.allowed)?;
     let (templates, decomposition) = (setup.templates.clone(), decomposition.clone());
+    let handed = handed(setup, &decomposition, comm);
     let external = |params: ExternalParams| -> Result<Box<dyn DemEngine>> {
         let params = ExternalParams {
             contact: setup.contact.clone(),
@@ -85,7 +86,7 @@ pub(super) fn engine(
             ..params
         };
         let (templates, decomposition) = (templates.clone(), decomposition.clone());
-        Ok(Box::new(External::new(params, decomposition, comm, templates, &setup.particles)?))
+        Ok(Box::new(External::new(params, decomposition, comm, templates, &handed)?))
     };
     match &setup.engine {
         #[cfg(feature = "liggghts")]
@@ -101,7 +102,7 @@ pub(super) fn engine(
                 stop: Arc::clone(&context.stop),
                 ..options.params()?
             };
-            Ok(Box::new(Liggghts::new(params, decomposition, comm, templates, &setup.particles)?))
+            Ok(Box::new(Liggghts::new(params, decomposition, comm, templates, &handed)?))
         }
         #[cfg(not(feature = "liggghts"))]
         EngineChoice::Liggghts(_) => unreachable!("refused above"),
@@ -122,7 +123,6 @@ pub(super) fn engine(
                 motions: setup.motions.clone(),
                 sums_facets: setup.plan.output.wear_every > 0,
             };
-            let handed = handed(setup, &decomposition, comm);
             Ok(Box::new(
                 Native::new(params, decomposition, comm.rank(), templates, &[])?.with(comm, &handed)?,
             ))

@@ -102,7 +102,7 @@ pub(super) fn first(all: &[Vec<u8>], engine: &'static str, hint: &str) -> Error 
 #[cfg(test)]
 mod tests {
     use crate::case;
-    use crate::comm::{Comm, on_threads};
+    use crate::comm::{Comm, SavedParts, on_threads};
     use crate::dem::{Ballistic, ContactState, ContactSummary, DemEngine, Load};
     use crate::domain::Decomposition;
     use crate::error::{Error, Result};
@@ -154,7 +154,7 @@ mod tests {
             self.engine.save(comm)
         }
 
-        fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+        fn restore(&mut self, comm: &Comm, parts: &SavedParts) -> Result<()> {
             self.engine.restore(comm, parts)
         }
     }

@@ -5,7 +5,7 @@ use super::insertion::Record;
 use super::{FluidSystem, Simulation, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
-use crate::comm::Comm;
+use crate::comm::{Comm, SavedParts};
 use crate::coupling::{AnyFluid, ControlRecord, MeanFlow};
 use crate::domain::Block;
 use crate::error::{Error, Result};
@@ -28,8 +28,8 @@ struct SavedState {
 /// Takes the saved populations of some cells, or says what is wrong with them.
 type Visit<'a> = dyn FnMut(Block, &[u8]) -> std::result::Result<(), String> + 'a;
 
-/// States of the engine and of the coupling, by rank.
-pub(super) type States = [Vec<Vec<u8>>; 2];
+/// States of the engine and of the coupling, in the parts that this rank has read.
+pub(super) type States = [SavedParts; 2];
 
 /// The last measurement of the flow, and the accelerations that the controller of the net flux has added.
 type SavedDriving = (MeanFlow, ControlRecord);
@@ -69,15 +69,14 @@ impl Simulation {
         }
     }
 
-    /// Restores the state after `step` steps: `planes` gives the saved populations of all cells of a block; engines and
-    /// couplings are the parts of all ranks that saved it; without couplings the bodies are met as at the start. Errors: [`Error::Input`] if the parts are not of this case; those of
-    /// `planes`. Some ranks may find nothing wrong. Collective.
+    /// Restores the state after `step` steps: `planes` gives the saved populations of all cells of a block; `engines` and
+    /// `couplings` are the parts of it that this rank has read; without any part of a coupling the bodies are met as at the start. Errors:
+    /// [`Error::Input`] if the parts are not of this case; those of `planes`. Some ranks may find nothing wrong. Collective.
     fn restore(
         &mut self,
         step: u64,
         ((mean, control), record): (SavedDriving, Option<Record>),
-        engines: &[Vec<u8>],
-        couplings: &[Vec<u8>],
+        [engines, couplings]: &States,
         planes: impl FnOnce(Block, &mut Visit) -> Result<()>,
     ) -> Result<()> {
         let mut outcome = self.dem.restore(&self.comm, engines);
@@ -85,11 +84,11 @@ impl Simulation {
             system.move_walls(step.checked_sub(1));
             let FluidSystem { fluid, coupling, driving, .. } = system;
             let read = planes(fluid.block(), &mut |cells, bytes| fluid.restore(cells, bytes));
-            let own = fluid.restore_means(couplings);
+            let own = fluid.restore_means(&self.comm, couplings);
             fluid.resume();
-            let known = own.and_then(|own| coupling.restore(self.dem.particles(), &own));
+            let known = own.and_then(|own| coupling.restore(&self.comm, self.dem.particles(), &own));
             let known = known.map_err(Error::Input);
-            if couplings.is_empty() {
+            if couplings.count == 0 {
                 // The fluid in a body moves as the body.
                 coupling
                     .begin_moving(self.dem.particles(), |body| [body.velocity(), body.angular_velocity()]);
@@ -155,8 +154,8 @@ impl Simulation {
     }
 
     /// Restores the newest sound checkpoint below a folder that is of this case and `fits`: what the owner of the run added, and
-    /// for each newer checkpoint why it was skipped. `adapt` may change the states of engines and couplings first. What `fits` is found on
-    /// rank 0. Errors: [`Error::Agreed`], the same on every rank, if there is none. Collective.
+    /// for each newer checkpoint why it was skipped. `adapt` may change the states of engines and couplings first, part by part. What `fits`
+    /// is found on rank 0. Errors: [`Error::Agreed`], the same on every rank, if there is none. Collective.
     pub(super) fn read_state<T: DeserializeOwned>(
         &mut self,
         folder: &Path,
@@ -176,14 +175,12 @@ impl Simulation {
                     _ => Ok(shared),
                 });
             let read = shared.and_then(|shared| {
-                let mut states = saved.states()?;
+                let mut states = saved.states(&comm)?;
                 adapt(head.step, &mut states)?;
                 Ok((shared, states))
             });
-            let (Common(driving, own, record), [engines, couplings]) = checkpoint::agreed(&comm, read)?;
-            self.restore(head.step, (driving, record), &engines, &couplings, |block, visit| {
-                saved.planes(block, visit)
-            })?;
+            let (Common(driving, own, record), states) = checkpoint::agreed(&comm, read)?;
+            self.restore(head.step, (driving, record), &states, |block, visit| saved.planes(block, visit))?;
             Ok(own)
         })?;
         self.checkpoint = Some(self.step);

@@ -2,7 +2,7 @@
 
 use crate::common::{PROGRAM, has, has_lammps, words};
 use std::sync::Arc;
-use turbid::comm::Comm;
+use turbid::comm::{Comm, SavedParts};
 use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, FrictionLaw, Material, PairParams};
 use turbid::dem::{DemEngine, Load};
 use turbid::domain::{Decomposition, Domain};
@@ -134,7 +134,7 @@ fn a_save_during_contacts_changes_nothing_and_resumes_to_the_bit() {
     assert_eq!(kinds.len(), 2, "with the floor and with each other: {kinds:?}");
     let saved = first.save(&Comm::Solo).unwrap();
     let mut second = start();
-    second.restore(&Comm::Solo, &[saved]).unwrap();
+    second.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[saved])).unwrap();
     for engine in [&mut first, &mut second] {
         advance(engine, Load::default(), 370);
     }

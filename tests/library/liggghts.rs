@@ -6,7 +6,7 @@ mod failures;
 use crate::common::PROGRAM;
 use std::path::PathBuf;
 use std::sync::Arc;
-use turbid::comm::{Comm, on_threads};
+use turbid::comm::{Comm, SavedParts, on_threads};
 use turbid::contact::{ContactModel, DampingLaw, ElasticLaw, Material, PairParams};
 use turbid::dem::{DemEngine, Load, Native, NativeParams};
 use turbid::domain::{Decomposition, Domain};
@@ -124,7 +124,7 @@ fn a_save_during_contacts_resumes_to_the_bit_and_does_not_disturb_the_run_that_s
     assert!(spinning, "there is friction to be remembered");
     let saved = first.save(&Comm::Solo).unwrap();
     let mut second = engine(params, &all).unwrap();
-    second.restore(&Comm::Solo, &[saved]).unwrap();
+    second.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[saved])).unwrap();
     assert_eq!(first.contacts(), second.contacts());
     let [first, second] = [first, second].map(|lgg| advanced(lgg, 1000 - steps, 1e-6).unwrap());
     assert_eq!(first.particles().owned(), second.particles().owned());
@@ -141,7 +141,7 @@ fn what_is_damaged_or_of_another_case_is_not_restored_and_the_engine_continues()
     let mut one = engine(params(None), &three()).unwrap();
     let saved = one.save(&Comm::Solo).unwrap();
     let refused = |one: &mut Liggghts, part: Vec<u8>| {
-        let error = one.restore(&Comm::Solo, &[part]).unwrap_err();
+        let error = one.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[part])).unwrap_err();
         assert_eq!(error.exit_code(), 2, "{error}");
         assert!(error.to_string().contains("liggghts"), "{error}");
     };
@@ -156,7 +156,7 @@ fn what_is_damaged_or_of_another_case_is_not_restored_and_the_engine_continues()
     one = advanced(one, 3, 1e-6).unwrap();
     let mut other = engine(params(None), &three()[..2]).unwrap();
     refused(&mut other, saved.clone());
-    one.restore(&Comm::Solo, &[saved]).unwrap();
+    one.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[saved])).unwrap();
     advanced(one, 3, 1e-6).unwrap();
 }
 
@@ -215,7 +215,8 @@ fn one_to_four_ranks_get_the_same_bits() {
         let cut = Decomposition::new(DOMAIN, ranks).unwrap();
         let mut all: Vec<Particle> = on_threads(ranks, |comm| {
             let params = params(Some(contact(1e7, 0.7, 0.3)));
-            let mut lgg = Liggghts::new(params, cut.clone(), &comm, templates(), &three()).unwrap();
+            let handed: Vec<Particle> = three().into_iter().skip(comm.rank()).step_by(ranks).collect();
+            let mut lgg = Liggghts::new(params, cut.clone(), &comm, templates(), &handed).unwrap();
             for step in 0..500 {
                 let loads: Vec<Load> = (lgg.particles().owned().iter())
                     .map(|p| Load {

@@ -6,6 +6,7 @@
 mod fetch;
 #[cfg(feature = "mpi")]
 mod mpi;
+mod parts;
 mod records;
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ use bytemuck::Pod;
 pub use fetch::Fetched;
 #[cfg(feature = "mpi")]
 pub use mpi::{MpiComm, abort};
+pub use parts::SavedParts;
 use std::sync::Arc;
 pub use threads::{ThreadComm, on_threads, try_on_threads};
 use traffic::Counters;
@@ -233,6 +235,19 @@ impl Comm {
     pub fn agree<R>(&self, result: Result<R>) -> Result<R> {
         let any = self.any(result.is_err());
         result.and_then(|result| if any { Err(Error::OtherRank) } else { Ok(result) })
+    }
+
+    /// The result of this rank if all have succeeded; else, on every rank, the words of the lowest one that has failed.
+    ///
+    /// # Errors
+    /// These words.
+    pub fn agree_words<R>(&self, result: std::result::Result<R, String>) -> std::result::Result<R, String> {
+        if !self.any(result.is_err()) {
+            return result;
+        }
+        let words = self.all_gather(result.err().unwrap_or_default().into_bytes());
+        let first = words.into_iter().find(|words| !words.is_empty()).unwrap_or_default();
+        Err(String::from_utf8_lossy(&first).into_owned())
     }
 
     /// Everybody's bytes, by rank.

@@ -11,7 +11,7 @@ pub mod population;
 pub mod saved;
 pub mod states;
 
-use crate::comm::Comm;
+use crate::comm::{Comm, SavedParts};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
 use crate::math::Vec3;
@@ -278,8 +278,8 @@ pub trait DemEngine: Send {
     /// This rank's part of the state, from which [`restore`](Self::restore) continues. Collective.
     fn save(&self, comm: &Comm) -> Result<Vec<u8>>;
 
-    /// Restores the state of an earlier run with these templates and this engine, whose ranks [saved](Self::save) `parts`, one
-    /// each, in their order. The number of ranks may have changed, and so may the particles. Collective; `parts` are the same on every rank.
+    /// Restores the state of an earlier run with these templates and this engine, whose ranks [saved](Self::save) a part each; `parts` are
+    /// those that this rank has read. The number of ranks may have changed, and so may the particles. Collective.
     ///
     /// Over all ranks, [`contacts`](Self::contacts) and [`contact_states`](Self::contact_states) return what they
     /// returned then.
@@ -287,5 +287,5 @@ pub trait DemEngine: Send {
     /// # Errors
     /// [`Error::Input`] on every rank if the parts are damaged, incomplete, or of another engine,
     /// version or case; the native engine then keeps its state.
-    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()>;
+    fn restore(&mut self, comm: &Comm, parts: &SavedParts) -> Result<()>;
 }

@@ -40,14 +40,14 @@ use route::Arrived;
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::sync::Arc;
-use turbid_core::comm::Comm;
+use turbid_core::comm::{Comm, SavedParts};
 use turbid_core::contact::{ContactModel, GrownShape, PairFinder};
 use turbid_core::dem::assign::GhostLayer;
 use turbid_core::dem::exchange::LocalParticles;
 use turbid_core::dem::integrator::{self, Inertia};
 use turbid_core::dem::native::face_passed;
 use turbid_core::dem::native::failures::{outside, position_text};
-use turbid_core::dem::saved::Saved;
+use turbid_core::dem::saved::{Loaded, Saved};
 use turbid_core::dem::{ContactState, ContactSummary, DemEngine, Load};
 use turbid_core::domain::Decomposition;
 use turbid_core::error::{Error, Result};
@@ -223,7 +223,9 @@ impl External {
         self.able.overlaps
     }
 
-    /// The part of `all` that this rank owns or has as ghosts, with the engine set up; all arguments are the same on every rank. Collective.
+    /// The particles that this rank owns or has as ghosts, with the engine set up. `handed` are those that this rank hands over, wherever
+    /// they are: those of all ranks together are the particles of the case, each once. All other arguments are the same on every rank.
+    /// Collective.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for shapes and walls that the engine does not have; [`Error::Input`] if it does not start, or
@@ -233,7 +235,7 @@ impl External {
         decomposition: Decomposition,
         comm: &Comm,
         templates: Arc<[Template]>,
-        all: &[Particle],
+        handed: &[Particle],
     ) -> Result<Self> {
         let params = params.into();
         assert!(params.substeps > 0);
@@ -269,7 +271,7 @@ impl External {
             pending_error: RefCell::default(),
         };
         let resumes = engine.params.resumes;
-        engine.begin(comm, all, (!resumes).then_some(&[][..]))?;
+        engine.begin(comm, handed, (!resumes).then_some(&[][..]))?;
         Ok(engine)
     }
 
@@ -469,9 +471,9 @@ impl DemEngine for External {
     }
 
     /// A set-up that the engine refuses leaves one that has failed.
-    fn restore(&mut self, comm: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+    fn restore(&mut self, comm: &Comm, parts: &SavedParts) -> Result<()> {
         let current = (&self.near, &self.population, &self.params.walls[..]);
-        let saved = Saved::load(self.params.name, parts, current, 0)?;
+        let Loaded { state: saved, own } = Saved::load(self.params.name, comm, parts, current, 0)?;
         // Particles of an engine outside neither come nor go.
         let [has, of_case] = [saved.population.count, self.population.population.count];
         if has != of_case {
@@ -480,13 +482,10 @@ impl DemEngine for External {
                 self.params.name
             )));
         }
-        self.begin(comm, &saved.particles, Some(&saved.own))?;
+        self.begin(comm, &saved.particles, Some(&own))?;
         self.step = saved.substep;
-        self.population.replace(
-            &self.near,
-            saved.population.next_id,
-            saved.particles.into_iter().zip(saved.loads),
-        );
+        let handed = saved.particles.into_iter().zip(saved.loads);
+        self.population.take_over(&self.near, comm, saved.population.next_id, handed);
         // Whatever fails here failed before it was saved.
         let _ = self.count();
         // The contacts there already are not the first of theirs.

@@ -64,41 +64,36 @@ fn sized(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
 }
 
 impl External {
-    /// Starts with these particles, or resumes with them from what the parts saved, if they did; without `saved`, only greets the
-    /// engine. Collective.
-    pub(super) fn begin(&mut self, comm: &Comm, all: &[Particle], saved: Option<&[u8]>) -> Result<()> {
-        let mut all = all.to_vec();
-        all.sort_unstable_by_key(|particle| particle.id);
-        let mass = |particle: &Particle| self.population.store.templates[particle.template as usize].mass();
-        self.mass = all.iter().map(mass).sum();
-        for particle in &mut all {
-            let inertia = &self.inertias[particle.template as usize];
-            let (orientation, spin) = (particle.orientation(), particle.angular_velocity());
-            particle.angular_momentum = inertia.angular_momentum(&orientation, spin).into();
+    /// Starts with the particles that the ranks hand over, each by one of them. It resumes from `saved`, the states that parts of an earlier
+    /// run have saved and that this rank has read, with their indices, if any rank has one; without it, only greets the engine. Collective.
+    pub(super) fn begin(
+        &mut self,
+        comm: &Comm,
+        handed: &[Particle],
+        saved: Option<&[(usize, Vec<u8>)]>,
+    ) -> Result<()> {
+        let strange = handed.iter().find(|particle| saved.is_some() && !particle.is_finite());
+        let finite =
+            comm.agree_words(strange.map_or(Ok(()), |particle| {
+                Err(format!("the state of particle {} is not finite", particle.id))
+            }));
+        if let Err(what) = finite {
+            (self.failed, self.failed_here) = (true, true);
+            return Err(Error::Input(what));
         }
-        self.population.replace(&self.near, 0, all.iter().map(|particle| (*particle, Load::default())));
-        self.holders.replace(vec![0; self.population.store.owned]);
-        let domain = self.near.decomposition().domain;
-        let (seat, ranks) = (self.seat, comm.size());
-        // A part begins with the particles of a stretch of the ranks.
-        let is_of = |particle: &&Particle| {
-            let owner = self.near.owner(domain.wrap(particle.position()));
-            owner * seat.parts / ranks == seat.part
-        };
-        let of_part: Vec<Particle> =
-            if seat.parts == 1 { all.clone() } else { all.iter().filter(is_of).copied().collect() };
-        let takes_part = seat.part < seat.parts && !all.is_empty();
-        let mut outcome = match all.iter().find(|particle| !particle.is_finite()) {
-            Some(particle) if saved.is_some() => {
-                Err(Error::Input(format!("the state of particle {} is not finite", particle.id)))
-            }
-            _ if takes_part => self.greet_once(),
-            _ => Ok(()),
-        };
+        self.take(comm, handed);
+        let (seat, count) = (self.seat, self.population.population.count);
+        let takes_part = seat.part < seat.parts && count > 0;
+        let mut outcome = if takes_part { self.greet_once() } else { Ok(()) };
         // The others learn whether it has worked.
         self.failed = comm.any(outcome.is_err());
         if let (Some(saved), false) = (saved, self.failed) {
-            outcome = self.launch(comm, takes_part, of_part, saved);
+            // A part begins with the particles of a stretch of the ranks.
+            let part = self.near.rank * seat.parts / comm.size();
+            let owned = self.population.store.owned().iter();
+            let mut of_part: Vec<Particle> = comm.hand_over(owned.map(|particle| (part, *particle)));
+            of_part.sort_unstable_by_key(|particle| particle.id);
+            outcome = self.launch(comm, takes_part, &of_part, saved);
             self.failed = comm.any(outcome.is_err());
         }
         self.failed_here = outcome.is_err();
@@ -111,8 +106,27 @@ impl External {
             [says(|hello| hello.orientations), says(|hello| hello.contacts), says(|hello| hello.overlaps)];
         comm.sum(&mut able);
         let [orientations, tells, overlaps] = able.map(|parts| parts > 0);
-        self.able = Abilities { orientations, tells: tells || all.is_empty(), overlaps };
+        self.able = Abilities { orientations, tells: tells || count == 0, overlaps };
         if saved.is_some() { self.locate(comm) } else { Ok(()) }
+    }
+
+    /// Makes the particles that the ranks hand over those of the engine, and notes their mass. Collective.
+    fn take(&mut self, comm: &Comm, handed: &[Particle]) {
+        let Self { population, near, inertias, .. } = self;
+        let templates = population.store.templates.clone();
+        let mut counts = vec![0; templates.len()];
+        let begun = handed.iter().map(|particle| {
+            let (mut particle, template) = (*particle, particle.template as usize);
+            let (orientation, spin) = (particle.orientation(), particle.angular_velocity());
+            particle.angular_momentum = inertias[template].angular_momentum(&orientation, spin).into();
+            counts[template] += 1;
+            (particle, Load::default())
+        });
+        population.take_over(near, comm, 0, begun);
+        comm.sum(&mut counts);
+        let masses = templates.iter().zip(&counts).map(|(template, count)| *count as f64 * template.mass());
+        self.mass = masses.sum();
+        self.holders.replace(vec![0; population.store.owned]);
     }
 
     /// Greets the engine, unless it waits for its set-up.
@@ -150,13 +164,9 @@ impl External {
         &mut self,
         comm: &Comm,
         takes_part: bool,
-        mut bodies: Vec<Particle>,
-        saved: &[u8],
+        particles: &[Particle],
+        saved: &[(usize, Vec<u8>)],
     ) -> Result<()> {
-        let domain = self.near.decomposition().domain;
-        for particle in &mut bodies {
-            particle.position = domain.wrap(particle.position()).into();
-        }
         let body = |particle: &Particle| Body {
             id: particle.id,
             template: particle.template,
@@ -165,7 +175,7 @@ impl External {
             velocity: particle.velocity,
             angular_velocity: particle.angular_velocity,
         };
-        let bodies: Vec<Body> = bodies.iter().map(body).collect();
+        let bodies: Vec<Body> = particles.iter().map(body).collect();
         let mut message = Vec::new();
         let mut part = None;
         if let (true, Some((peer, hello))) = (takes_part, self.greeted.take()) {
@@ -174,31 +184,63 @@ impl External {
         }
         let ready = self.ask(comm, part.as_ref(), (Kind::SetUp, &message), u64::MAX);
         comm.agree(ready.map_err(|e| self.refused(e)))?;
-        if !saved.is_empty() {
-            let resumed = self.resume(comm, part.as_ref(), saved);
-            comm.agree(resumed.map_err(|e| self.refused(e)))?;
-        }
+        let resumed = self.resume(comm, part.as_ref(), saved);
+        comm.agree(resumed.map_err(|e| self.refused(e)))?;
         (self.part, self.pairs, self.summary) = (part, Vec::new(), ContactSummary::default());
         Ok(())
     }
 
-    /// Gives the part of this rank what the parts saved. Collective.
-    fn resume(&self, comm: &Comm, part: Option<&Part>, saved: &[u8]) -> Outcome<()> {
-        let own = Own::read(saved).ok_or("what the engine saved is not whole")?;
-        let here = part.map_or(own.name, |part| &part.hello.name);
-        let is_other = comm.any(own.name != here);
-        if is_other {
-            return Err(format!("the state was saved by `{}`, and this is `{here}`", own.name));
+    /// Gives the part of this rank what the parts of an earlier run saved, if they did: the states that this rank has read, with their
+    /// indices, go to the parts. Collective.
+    ///
+    /// Of an engine in several processes each part gets the state with its index. A part of any other engine gets all of them, one after the
+    /// other, since it finds its particles and contacts only by reading them all (LIGGGHTS in all processes of an MPI job): the one exception
+    /// to the rule that a rank gets no more than its share of a saved state, of all bytes that the engine itself has saved.
+    fn resume(&self, comm: &Comm, part: Option<&Part>, saved: &[(usize, Vec<u8>)]) -> Outcome<()> {
+        let (mut before, now) = ([saved.len() as i64], self.seat.parts);
+        comm.sum(&mut before);
+        let [before] = before;
+        if before == 0 {
+            return Ok(());
         }
-        let (before, now) = (own.parts.len(), self.seat.parts);
-        let payload = match &self.params.host {
-            Host::Processes(..) | Host::Process(_) if before != now && !self.params.regroups => {
-                return Err(format!("the state was saved by {before} processes, and these are {now}"));
-            }
-            Host::Processes(..) => own.parts.get(self.seat.part).map_or_else(Vec::new, |own| own.to_vec()),
-            _ => own.parts.concat(),
+        let is_process = matches!(self.params.host, Host::Process(_) | Host::Processes(..));
+        if is_process && before != now as i64 && !self.params.regroups {
+            return Err(format!("the state was saved by {before} processes, and these are {now}"));
+        }
+        let whole = self.to_parts(comm, saved);
+        let own = Own::read(&whole).ok_or_else(|| "what the engine saved is not whole".to_owned());
+        let own = comm.agree_words(own)?;
+        let here =
+            part.map(|part| &part.hello.name).filter(|here| *here != own.name && !own.parts.is_empty());
+        comm.agree_words(here.map_or(Ok(()), |here| {
+            Err(format!("the state was saved by `{}`, and this is `{here}`", own.name))
+        }))?;
+        self.ask(comm, part, (Kind::Restore, &own.parts.concat()), u64::MAX).map(drop)
+    }
+
+    /// Those of the saved states that the part of this rank gets, in their order. Collective.
+    fn to_parts(&self, comm: &Comm, saved: &[(usize, Vec<u8>)]) -> Vec<u8> {
+        let parts = self.seat.parts;
+        let own_alone = matches!(self.params.host, Host::Processes(..));
+        let message = |to: usize| {
+            let states = saved.iter().filter(|(n, _)| !own_alone || *n == to);
+            let numbers = |n: &usize, own: &[u8]| [*n as u64, own.len() as u64].map(u64::to_le_bytes);
+            let framed = states.map(|(n, own)| [numbers(n, own).as_flattened(), own].concat());
+            (to, framed.collect::<Vec<_>>().concat())
         };
-        self.ask(comm, part, (Kind::Restore, &payload), u64::MAX).map(drop)
+        let sent = (0..parts).map(message).filter(|(_, message)| !message.is_empty()).collect();
+        let mut states = Vec::new();
+        let received = comm.route(sent);
+        for (_, message) in &received {
+            let mut rest = &message[..];
+            while let Some((n, after)) = rest.split_first_chunk::<8>() {
+                let (state, after) = sized(after).expect("as it was sent");
+                states.push((u64::from_le_bytes(*n), state));
+                rest = after;
+            }
+        }
+        states.sort_unstable_by_key(|(n, _)| *n);
+        states.iter().flat_map(|(_, state)| *state).copied().collect()
     }
 
     /// The state of the part of this rank, with its name; nothing without a part or of an engine that does not save. Collective.

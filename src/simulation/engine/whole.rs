@@ -1,6 +1,6 @@
 //! An engine in all processes of an MPI job, seen as a whole by each of them: for comparisons with an engine on one rank.
 
-use crate::comm::Comm;
+use crate::comm::{Comm, SavedParts};
 use crate::dem::{ContactState, ContactSummary, DemEngine, Load};
 use crate::error::{Error, Result};
 use crate::particle::{Particle, ParticleStore};
@@ -90,7 +90,7 @@ impl DemEngine for Whole {
         self.unsupported()
     }
 
-    fn restore(&mut self, _: &Comm, _: &[Vec<u8>]) -> Result<()> {
+    fn restore(&mut self, _: &Comm, _: &SavedParts) -> Result<()> {
         self.unsupported()
     }
 }

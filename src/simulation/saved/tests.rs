@@ -71,7 +71,8 @@ fn take_up(simulation: &mut Simulation, step: u64, left: &[&Left]) -> Result<()>
     let saved_bytes = simulation.saved_bytes();
     let engines: Vec<_> = left.iter().map(|left| left.state.engine.clone()).collect();
     let couplings: Vec<_> = left.iter().map(|left| left.state.coupling.clone()).collect();
-    simulation.restore(step, (left[0].state.driving, None), &engines, &couplings, |mine, visit| {
+    let states = [engines, couplings].map(|parts| SavedParts::divided(&simulation.comm, &parts));
+    simulation.restore(step, (left[0].state.driving, None), &states, |mine, visit| {
         for left in left {
             let saved = left.block;
             let lo: [usize; 3] = std::array::from_fn(|a| mine.lo[a].max(saved.lo[a]));

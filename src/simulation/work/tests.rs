@@ -271,8 +271,10 @@ fn ranks_send_the_messages_and_bytes_of_the_forecast_with_the_native_and_an_exte
                     let host = process::Host::Here(|_| Box::new(Still::default()));
                     let mut params = process::ExternalParams::new("still", "still".into(), host);
                     params.walls.clone_from(&setup.walls);
-                    let (templates, all) = (setup.templates.clone(), &setup.particles);
-                    let still = process::External::new(params, cut.clone(), &comm, templates, all).unwrap();
+                    let handed = if comm.rank() == 0 { &setup.particles[..] } else { &[] };
+                    let templates = setup.templates.clone();
+                    let still =
+                        process::External::new(params, cut.clone(), &comm, templates, handed).unwrap();
                     Simulation::with_engine(&setup, &cut, comm, Box::new(still)).unwrap()
                 } else {
                     Simulation::new(&setup, &cut, comm).unwrap()

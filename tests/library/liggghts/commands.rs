@@ -1,7 +1,7 @@
 //! Commands of the user: each fix that is passed on acts, groups survive a restart, and nothing else gets to LIGGGHTS.
 
 use super::{RADIUS, advanced, engine, moving, with_commands};
-use turbid::comm::Comm;
+use turbid::comm::{Comm, SavedParts};
 use turbid::dem::DemEngine;
 use turbid::engine::LiggghtsOptions;
 use turbid::engine::liggghts::Liggghts;
@@ -89,7 +89,7 @@ fn a_group_by_region_and_the_rest_of_a_spring_are_those_of_the_start_after_a_res
     assert!(z[0] > 9e-3 && (z[1] - 8e-3).abs() < 1e-3, "they are where they should be: {z:?}");
     let saved = first.save(&Comm::Solo).unwrap();
     let mut second = engine(params, &all).unwrap();
-    second.restore(&Comm::Solo, &[saved]).unwrap();
+    second.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[saved])).unwrap();
     let [first, second] = [first, second].map(|lgg| advanced(lgg, 1000, 1e-5).unwrap());
     assert_eq!(first.particles().owned(), second.particles().owned());
     let x: Vec<f64> = first.particles().owned().iter().map(|p| p.velocity[0]).collect();

@@ -24,6 +24,17 @@ const ID: usize = size_of::<u64>();
 impl Comm {
     /// The records with the ids that this rank wants, among those that all ranks offer. Two calls of [`route`](Self::route).
     pub fn fetch<T: Pod>(&self, offered: &[(u64, T)], wanted: &[u64]) -> Fetched<T> {
+        self.fetch_merged(offered, wanted, |_, _| ())
+    }
+
+    /// The same of ids of which several ranks may offer a record each: these become one by `merge`, which adds the second to the first and
+    /// whose result does not depend on their order.
+    pub fn fetch_merged<T: Pod>(
+        &self,
+        offered: &[(u64, T)],
+        wanted: &[u64],
+        merge: impl Fn(&mut T, &T),
+    ) -> Fetched<T> {
         let ranks = self.size() as u64;
         let place = |id: u64| (id % ranks) as usize;
         // Of each rank the records that it keeps, and the ids that it is asked for.
@@ -40,7 +51,7 @@ impl Comm {
             [bytes_of(&(records.len() as u64)), &records, cast_slice(&ids)].concat()
         };
         let sent = sorted.into_iter().map(|(to, of)| (to, message(of))).collect();
-        let (answers, twice, unwanted) = answers::<T>(&self.route(sent));
+        let (answers, twice, unwanted) = answers::<T>(&self.route(sent), merge);
         let mut answers: BTreeMap<usize, std::vec::IntoIter<Option<T>>> =
             self.route(answers).iter().map(|(from, bytes)| (*from, read(bytes).into_iter())).collect();
         let mut next = |id: &u64| answers.get_mut(&place(*id)).and_then(Iterator::next).flatten();
@@ -49,21 +60,31 @@ impl Comm {
 }
 
 /// Answers of the rank that keeps these records to those that ask for them; an id of two, and one that nobody asks for.
-fn answers<T: Pod>(received: &[Routed]) -> (Vec<Routed>, Option<u64>, Option<u64>) {
-    let mut records: Vec<(u64, &[u8])> = Vec::new();
+fn answers<T: Pod>(
+    received: &[Routed],
+    merge: impl Fn(&mut T, &T),
+) -> (Vec<Routed>, Option<u64>, Option<u64>) {
+    let mut records: Vec<(u64, T)> = Vec::new();
     let mut questions: Vec<(usize, Vec<u64>)> = Vec::new();
     for (from, bytes) in received {
         let (length, rest) = bytes.split_at(ID);
         let (offered, asked) = rest.split_at(pod_read_unaligned::<u64>(length) as usize);
         records.extend(offered.chunks_exact(ID + size_of::<T>()).map(|row| {
             let (id, record) = row.split_at(ID);
-            (pod_read_unaligned(id), record)
+            (pod_read_unaligned(id), pod_read_unaligned(record))
         }));
         questions.push((*from, pod_collect_to_vec(asked)));
     }
-    records.sort_unstable_by_key(|(id, _)| *id);
-    let twice = records.windows(2).find(|pair| pair[0].0 == pair[1].0).map(|pair| pair[0].0);
-    records.dedup_by_key(|(id, _)| *id);
+    records.sort_by_key(|(id, _)| *id);
+    let mut twice = None;
+    records.dedup_by(|(id, later), (before, record)| {
+        let is_same = id == before;
+        if is_same {
+            merge(record, later);
+            twice.get_or_insert(*id);
+        }
+        is_same
+    });
     let mut is_wanted = vec![false; records.len()];
     let answers = questions.into_iter().filter(|(_, ids)| !ids.is_empty()).map(|(from, ids)| {
         let mut answer = Vec::with_capacity(ids.len() * (1 + size_of::<T>()));
@@ -72,7 +93,7 @@ fn answers<T: Pod>(received: &[Routed]) -> (Vec<Routed>, Option<u64>, Option<u64
                 Ok(at) => {
                     is_wanted[at] = true;
                     answer.push(1);
-                    answer.extend_from_slice(records[at].1);
+                    answer.extend_from_slice(bytes_of(&records[at].1));
                 }
                 Err(_) => answer.push(0),
             }
@@ -113,6 +134,25 @@ mod tests {
                 let expected = wanted.iter().map(|&id| (id < 40).then_some([id as f64, -1.0]));
                 assert_eq!(found, expected.collect::<Vec<_>>());
                 assert_eq!((twice, unwanted), (None, None));
+            });
+        }
+    }
+
+    #[test]
+    fn what_several_ranks_offer_of_one_id_comes_as_one_record_to_all_that_want_it_on_1_to_5_ranks() {
+        let has = |rank: u64, id: u64| !(id + rank).is_multiple_of(3);
+        for ranks in 1..=5_u64 {
+            on_threads(ranks as usize, |comm| {
+                let rank = comm.rank() as u64;
+                let offered: Vec<(u64, u64)> =
+                    (0..20).filter(|id| has(rank, *id)).map(|id| (id, 100 * rank + id)).collect();
+                let wanted: Vec<u64> = (0..25).filter(|id| has(rank + 1, *id)).collect();
+                let found = comm.fetch_merged(&offered, &wanted, |sum, other| *sum += other).found;
+                let of = |id: u64| {
+                    let offers = (0..ranks).filter(|rank| id < 20 && has(*rank, id));
+                    offers.map(|rank| 100 * rank + id).reduce(|sum, other| sum + other)
+                };
+                assert!(found.into_iter().eq(wanted.into_iter().map(of)));
             });
         }
     }

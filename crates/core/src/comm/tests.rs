@@ -224,6 +224,15 @@ fn a_panicking_rank_ends_the_others_and_its_own_message_is_the_one_reported() {
 }
 
 #[test]
+fn every_rank_gets_the_words_of_the_lowest_one_that_has_failed_on_4_ranks() {
+    on_threads(4, |comm| {
+        let own = if comm.rank() % 2 == 1 { Err(format!("rank {} failed", comm.rank())) } else { Ok(()) };
+        assert_eq!(comm.agree_words(own), Err("rank 1 failed".to_string()));
+        assert_eq!(comm.agree_words(Ok(comm.rank())), Ok(comm.rank()));
+    });
+}
+
+#[test]
 fn results_come_back_by_rank() {
     assert_eq!(on_threads(4, |comm| comm.rank() * comm.size()), [0, 4, 8, 12]);
 }

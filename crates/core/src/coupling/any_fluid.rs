@@ -2,7 +2,7 @@
 
 use super::Coupling;
 use super::method::{sweep_alone, with_method};
-use crate::comm::Comm;
+use crate::comm::{Comm, SavedParts};
 use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
@@ -216,31 +216,24 @@ impl AnyFluid {
         }
     }
 
-    /// Takes those that all blocks have appended, and leaves what they were appended to; before [`resume`](Self::resume). Where there is none
-    /// the mean begins as the momentum that is there.
+    /// Takes those of this block among all that were appended to the parts, and leaves what they were appended to in the parts that this rank
+    /// has read, with their indices; before [`resume`](Self::resume). Where there is none the mean begins as the momentum that is there.
+    /// Collective.
     ///
     /// # Errors
-    /// Their defect.
-    pub fn restore_means<'a>(&mut self, parts: &'a [Vec<u8>]) -> std::result::Result<Vec<&'a [u8]>, String> {
-        let (mut saved, mut rests): (Vec<SavedMean>, _) = (Vec::new(), Vec::new());
-        for (n, part) in (1..).zip(parts) {
-            let Some(head) = part.strip_suffix(MEANS) else {
-                rests.push(&part[..]);
-                continue;
-            };
-            let defect = || format!("part {n} of the coupling: the means at outlets are of another form");
-            let (head, count) = head.split_last_chunk().ok_or_else(defect)?;
-            let bytes = usize::try_from(u64::from_le_bytes(*count)).ok();
-            let bytes = bytes.and_then(|count| count.checked_mul(size_of::<SavedMean>()));
-            let rest = bytes.and_then(|bytes| head.len().checked_sub(bytes)).ok_or_else(defect)?;
-            let means = head[rest..].chunks_exact(size_of::<SavedMean>());
-            saved.extend(means.map(bytemuck::pod_read_unaligned::<SavedMean>));
-            rests.push(&head[..rest]);
-        }
-        if saved.iter().any(|of| !of.is_sound()) {
-            return Err("a mean momentum at an outlet is that of no fluid".to_string());
-        }
-        either!(self, fluid => fluid.restore_means(&saved));
+    /// Their defect, the same on every rank.
+    pub fn restore_means<'a>(
+        &mut self,
+        comm: &Comm,
+        parts: &'a SavedParts,
+    ) -> std::result::Result<Vec<(usize, &'a [u8])>, String> {
+        let (rests, saved) = comm.agree_words(read_means(parts))?;
+        let offered: Vec<(u64, SavedMean)> = saved.into_iter().map(|mean| (mean.id(), mean)).collect();
+        let there = either!(self, fluid => fluid.save_means());
+        let wanted: Vec<u64> = there.iter().map(SavedMean::id).collect();
+        let found = comm.fetch(&offered, &wanted).found;
+        let found: Vec<SavedMean> = found.into_iter().flatten().collect();
+        either!(self, fluid => fluid.restore_means(&found));
         Ok(rests)
     }
 
@@ -248,4 +241,29 @@ impl AnyFluid {
     pub fn resume(&mut self) {
         either!(self, fluid => fluid.resume());
     }
+}
+
+/// The parts of the coupling without the means that were appended to them, and these means; or their defect.
+type ReadMeans<'a> = std::result::Result<(Vec<(usize, &'a [u8])>, Vec<SavedMean>), String>;
+
+fn read_means(parts: &SavedParts) -> ReadMeans<'_> {
+    let (mut rests, mut saved): (_, Vec<SavedMean>) = (Vec::new(), Vec::new());
+    for (n, part) in &parts.own {
+        let Some(head) = part.strip_suffix(MEANS) else {
+            rests.push((*n, &part[..]));
+            continue;
+        };
+        let defect = || format!("part {} of the coupling: the means at outlets are of another form", n + 1);
+        let (head, count) = head.split_last_chunk().ok_or_else(defect)?;
+        let bytes = usize::try_from(u64::from_le_bytes(*count)).ok();
+        let bytes = bytes.and_then(|count| count.checked_mul(size_of::<SavedMean>()));
+        let rest = bytes.and_then(|bytes| head.len().checked_sub(bytes)).ok_or_else(defect)?;
+        let means = head[rest..].chunks_exact(size_of::<SavedMean>());
+        saved.extend(means.map(bytemuck::pod_read_unaligned::<SavedMean>));
+        rests.push((*n, &head[..rest]));
+    }
+    if saved.iter().any(|of| !of.is_sound()) {
+        return Err("a mean momentum at an outlet is that of no fluid".to_string());
+    }
+    Ok((rests, saved))
 }

@@ -2,6 +2,7 @@
 //! left their cells then.
 
 use super::Coupling;
+use crate::comm::Comm;
 use crate::dem::{Load, LoadRow};
 use crate::fluid::ExchangeSum;
 use crate::math::FIXED_POINT_LIMIT;
@@ -26,6 +27,18 @@ struct SweptLight {
     swept: Swept,
     /// Mean force (N) and torque (N m) of the past, weight included, from the owner.
     mean: LoadRow,
+}
+
+impl SweptLight {
+    /// Adds what another rank has of the same particle. The sums of `departed` are integers, and only the owner has loads that are not zero.
+    fn add(&mut self, other: &Self) {
+        self.swept.departed.add(&other.swept.departed, 1);
+        let loads = [(&mut self.swept.load, &other.swept.load), (&mut self.mean, &other.mean)];
+        for (sums, own) in loads {
+            let pairs = sums.as_flattened_mut().iter_mut().zip(own.as_flattened());
+            pairs.for_each(|(sum, own)| *sum += own);
+        }
+    }
 }
 
 impl Coupling {
@@ -69,15 +82,17 @@ impl Coupling {
         Ok(())
     }
 
-    /// Restores the state that all ranks of an earlier run [saved](Self::save); `particles` are those of the engine.
-    ///
-    /// # Errors
-    /// Defect of the parts.
-    pub fn restore(&mut self, particles: &ParticleStore, parts: &[&[u8]]) -> Result<(), String> {
+    /// The particles in the parts that this rank has read, each once, or a defect.
+    fn read(
+        &self,
+        store: &ParticleStore,
+        parts: &[(usize, &[u8])],
+    ) -> Result<Vec<(u64, SweptLight)>, String> {
         let light = !self.virtual_masses.is_empty();
         let size = if light { size_of::<SweptLight>() } else { size_of::<Swept>() };
         let mut swept: BTreeMap<u64, SweptLight> = BTreeMap::new();
-        for (n, bytes) in (1..).zip(parts) {
+        for (n, bytes) in parts {
+            let n = n + 1;
             if !bytes.len().is_multiple_of(size) {
                 let size = bytes.len();
                 return Err(format!(
@@ -93,51 +108,59 @@ impl Coupling {
                 let checked = if !ids.insert(id) {
                     Err(format!("particle {id} is in it twice"))
                 } else if numbers.all(|x| x.is_finite()) {
-                    self.check(particles, &part.swept.particle)
+                    self.check(store, &part.swept.particle)
                 } else {
                     Err(format!("the load on particle {id} is not finite"))
                 };
                 checked.map_err(|defect| format!("part {n} of the coupling: {defect}"))?;
-                let add = |all: &mut SweptLight| {
-                    all.swept.departed.add(&part.swept.departed, 1);
-                    let loads = [(&mut all.swept.load, &part.swept.load), (&mut all.mean, &part.mean)];
-                    for (sums, own) in loads {
-                        let pairs = sums.as_flattened_mut().iter_mut().zip(own.as_flattened());
-                        pairs.for_each(|(sum, own)| *sum += own);
-                    }
-                };
-                swept.entry(id).and_modify(add).or_insert(part);
+                swept.entry(id).and_modify(|sum| sum.add(&part)).or_insert(part);
             }
         }
-        particles.particles.iter().try_for_each(|particle| self.check(particles, particle))?;
+        Ok(swept.into_iter().collect())
+    }
+
+    /// Restores the state that the ranks of an earlier run [saved](Self::save), from the parts that this rank has read, with their indices;
+    /// `particles` are those of the engine. Collective.
+    ///
+    /// # Errors
+    /// Defect of the parts, the same on every rank.
+    pub fn restore(
+        &mut self,
+        comm: &Comm,
+        particles: &ParticleStore,
+        parts: &[(usize, &[u8])],
+    ) -> Result<(), String> {
+        let offered = comm.agree_words(self.read(particles, parts))?;
+        let wanted: Vec<u64> = particles.particles.iter().map(|particle| particle.id).collect();
+        let found = comm.fetch_merged(&offered, &wanted, SweptLight::add).found;
         // Those that the last sweep has not seen begin in the next one.
-        let known = |particle: &&Particle| swept.contains_key(&particle.id);
-        let seen = swept.keys().next_back().copied();
-        let is_known = |particle: &&Particle| match swept.get(&particle.id) {
+        let last: Vec<u64> = offered.last().map(|(id, _)| *id).into_iter().collect();
+        let last = comm.all_gather(bytemuck::cast_slice(&last).to_vec()).concat();
+        let seen = bytemuck::pod_collect_to_vec::<u8, u64>(&last).into_iter().max();
+        let is_known = |(particle, saved): &(&Particle, &Option<SweptLight>)| match saved {
             Some(saved) => saved.swept.particle.template == particle.template,
             None => seen.is_none_or(|last| particle.id > last),
         };
-        if let Some(other) = particles.particles.iter().find(|particle| !is_known(particle)) {
-            return Err(format!("the coupling does not know particle {}", other.id));
-        }
-        let there = particles.particles.iter().zip(&particles.owners);
-        let (then, owners) = (there.filter(|(particle, _)| known(particle)))
-            .map(|(particle, owner)| (swept[&particle.id].swept.particle, *owner))
-            .unzip();
-        let then = ParticleStore {
-            templates: particles.templates.clone(),
-            particles: then,
-            owned: particles.owned().iter().filter(known).count(),
-            owners,
-        };
+        let flaws = particles.particles.iter().try_for_each(|particle| self.check(particles, particle));
+        let unknown = particles.particles.iter().zip(&found).find(|particle| !is_known(particle));
+        let unknown = unknown
+            .map_or(Ok(()), |(other, _)| Err(format!("the coupling does not know particle {}", other.id)));
+        comm.agree_words(flaws.and(unknown))?;
+        let known =
+            found.iter().zip(&particles.owners).filter_map(|(saved, owner)| Some((saved.as_ref()?, owner)));
+        let (then, owners) = known.map(|(saved, owner)| (saved.swept.particle, *owner)).unzip();
+        let own: Vec<&SweptLight> = found[..particles.owned].iter().flatten().collect();
+        let templates = particles.templates.clone();
+        let then = ParticleStore { templates, particles: then, owned: own.len(), owners };
         self.map(&then);
         // One rank takes off what left: the owner, to whom all others send their sums.
-        for (particle, body) in then.owned().iter().zip(&mut self.bodies) {
-            body.departed = swept[&particle.id].swept.departed;
+        for (saved, body) in own.iter().zip(&mut self.bodies) {
+            body.departed = saved.swept.departed;
         }
-        let own = || then.owned().iter().map(|particle| &swept[&particle.id]);
-        self.swept_loads = own().map(|saved| saved.swept.load.into()).collect();
-        self.swept_means = if light { own().map(|saved| saved.mean.into()).collect() } else { Vec::new() };
+        self.swept_loads = own.iter().map(|saved| saved.swept.load.into()).collect();
+        let light = !self.virtual_masses.is_empty();
+        self.swept_means =
+            if light { own.iter().map(|saved| saved.mean.into()).collect() } else { Vec::new() };
         self.note_swept(&then);
         Ok(())
     }

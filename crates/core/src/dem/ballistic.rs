@@ -7,7 +7,7 @@ use super::native::face_passed;
 use super::native::failures::outside;
 use super::saved::Saved;
 use super::{Check, ContactState, ContactSummary, DemEngine, Load, integrator};
-use crate::comm::Comm;
+use crate::comm::{Comm, SavedParts};
 use crate::domain::Decomposition;
 use crate::error::Result;
 use crate::particle::{Particle, ParticleStore, Template};
@@ -129,14 +129,11 @@ impl DemEngine for Ballistic {
         Ok(saved.write(self.name()))
     }
 
-    fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
-        let saved = Saved::load(self.name(), parts, (&self.near, &self.local, &[]), 0)?;
+    fn restore(&mut self, comm: &Comm, parts: &SavedParts) -> Result<()> {
+        let saved = Saved::load(self.name(), comm, parts, (&self.near, &self.local, &[]), 0)?.state;
         self.step = saved.substep;
-        self.local.replace(
-            &self.near,
-            saved.population.next_id,
-            saved.particles.into_iter().zip(saved.loads),
-        );
+        let handed = saved.particles.into_iter().zip(saved.loads);
+        self.local.take_over(&self.near, comm, saved.population.next_id, handed);
         Ok(())
     }
 }
@@ -228,7 +225,7 @@ mod tests {
         for ranks in [1, 3] {
             on_threads(ranks, |comm| {
                 let mut engine = engine(&comm);
-                engine.restore(&comm, parts).unwrap();
+                engine.restore(&comm, &SavedParts::divided(&comm, parts)).unwrap();
                 assert!(state(&engine, &comm).iter().all(|p| middle.contains(p)), "{ranks} ranks");
                 advance(&mut engine, &comm);
                 assert!(state(&engine, &comm).iter().all(|p| end.contains(p)), "{ranks} ranks");

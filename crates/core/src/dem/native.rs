@@ -70,9 +70,9 @@ use super::exchange::LocalParticles;
 use super::facets::Facets;
 use super::history::{History, Records};
 use super::integrator::{self, Inertia, Motion};
-use super::saved::Saved;
+use super::saved::{Loaded, Saved};
 use super::{Check, ContactKey, ContactState, ContactSummary, DemEngine, Load};
-use crate::comm::Comm;
+use crate::comm::{Comm, SavedParts};
 use crate::contact::{ContactModel, NeighbourList, PairFinder, PairLaw};
 use crate::domain::{Decomposition, Domain};
 use crate::error::{Error, Result};
@@ -213,9 +213,7 @@ impl Native {
     /// The same with the particles that the ranks hand over, each by one of them. Errors: as [`new`](Self::new), on every rank. Collective.
     pub fn with(mut self, comm: &Comm, handed: &[Particle]) -> Result<Self> {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
-        let mut reach: [f64; 3] = widest(Vec3::zeros(), handed, templates).into();
-        comm.max(&mut reach);
-        self.widest = reach.into();
+        self.widest = widest_of_all(comm, handed, templates);
         if params.contact.is_some() {
             check_images(near.decomposition(), self.widest)?;
         }
@@ -391,6 +389,13 @@ fn widest(widest: Vec3, all: &[Particle], constants: &[TemplateConstants]) -> Ve
     all.iter().map(reach).fold(widest, |widest, reach| widest.sup(&reach))
 }
 
+/// The largest radii (m) along the axes of the box of particles that the ranks have, `own` by this one. Collective.
+fn widest_of_all(comm: &Comm, own: &[Particle], constants: &[TemplateConstants]) -> Vec3 {
+    let mut reach: [f64; 3] = widest(Vec3::zeros(), own, constants).into();
+    comm.max(&mut reach);
+    reach.into()
+}
+
 /// Refuses a box in which a pair, the widest particles, could touch through more images than the engine looks at.
 fn check_images(decomposition: &Decomposition, widest: Vec3) -> Result<()> {
     let domain = &decomposition.domain;
@@ -501,23 +506,23 @@ impl DemEngine for Native {
         Ok(saved.write(self.name()))
     }
 
-    fn restore(&mut self, _: &Comm, parts: &[Vec<u8>]) -> Result<()> {
+    fn restore(&mut self, comm: &Comm, parts: &SavedParts) -> Result<()> {
         let ContactContext { near, local, params, templates, .. } = &mut self.context;
         let memory = params.memory();
-        let saved = Saved::load("native", parts, (near, local, &params.walls), memory)?;
+        let Loaded { state: saved, own } =
+            Saved::load("native", comm, parts, (near, local, &params.walls), memory)?;
+        // Each rank continues the sums of the parts that it has read.
         let mut facets = params.facets();
-        if facets.as_mut().is_some_and(|facets| !facets.take(&saved.own)) {
+        let fit = |facets: &mut Facets| own.iter().all(|(_, sums)| facets.take(sums));
+        if comm.any(!facets.as_mut().is_none_or(fit)) {
             return Err(Error::Input(
                 "the saved state of the native engine cannot be used: its sums of facets are of other meshes"
                     .into(),
             ));
         }
-        if near.rank > 0 {
-            // Rank 0 continues the sums of all.
-            facets = params.facets();
-        }
-        self.widest = widest(Vec3::zeros(), &saved.particles, templates);
-        local.replace(near, saved.population.next_id, saved.particles.into_iter().zip(saved.loads));
+        self.widest = widest_of_all(comm, &saved.particles, templates);
+        let handed = saved.particles.into_iter().zip(saved.loads);
+        local.take_over(near, comm, saved.population.next_id, handed);
         let ContactForces { several, has_meshes, .. } = self.forces;
         self.forces = ContactForces::new((near.peers.len(), several, has_meshes), memory, facets);
         self.forces.states = saved.states;

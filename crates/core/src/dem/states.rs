@@ -3,6 +3,7 @@
 use super::integrator::{Inertia, turned};
 use super::native::failures::is_too_deep;
 use super::saved::Saved;
+use crate::comm::SavedParts;
 use crate::contact::{Body, Geometry, GrownShape, PairFinder, overlap, overlap_wall};
 use crate::domain::Domain;
 use crate::error::{Error, Result};
@@ -72,7 +73,7 @@ pub fn earlier(particles: &[Particle], domain: &Domain, dt: f64) -> Vec<Particle
     particles.iter().map(moved_back).collect()
 }
 
-/// The saved state of the engine `was`, in `parts` of all ranks, as that of `engine` with other materials or contacts after `substep`
+/// The saved state of the engine `was`, in the parts that this rank has read, as that of `engine` with other materials or contacts after `substep`
 /// sub-steps: the particles keep their states, angular momenta follow from angular velocities, and no contact is remembered.
 ///
 /// # Errors
@@ -80,12 +81,12 @@ pub fn earlier(particles: &[Particle], domain: &Domain, dt: f64) -> Vec<Particle
 /// particles in a form of its own.
 pub fn without_memory(
     [was, engine]: [&'static str; 2],
-    parts: &[Vec<u8>],
+    parts: &SavedParts,
     substep: u64,
     templates: &[Template],
-) -> Result<Vec<Vec<u8>>> {
+) -> Result<SavedParts> {
     let refuse = |what: String| Error::Input(format!("the particles cannot continue: {what}"));
-    let of_part = |part: &Vec<u8>| {
+    let of_part = |(n, part): &(usize, Vec<u8>)| {
         let saved = Saved::read(was, part).map_err(refuse)?;
         if !saved.own.is_empty() {
             return Err(Error::Unsupported { engine: was, what: "a change of materials or contacts".into() });
@@ -99,9 +100,10 @@ pub fn without_memory(
                 Inertia::of(template).angular_momentum(&particle.orientation(), particle.angular_velocity());
             particle.angular_momentum = momentum.into();
         }
-        Ok(Saved { substep, population, particles, loads, ..Saved::default() }.write(engine))
+        let saved = Saved { substep, population, particles, loads, ..Saved::default() };
+        Ok((*n, saved.write(engine)))
     };
-    parts.iter().map(of_part).collect()
+    Ok(SavedParts { own: parts.own.iter().map(of_part).collect::<Result<_>>()?, count: parts.count })
 }
 
 impl Limits {

@@ -161,13 +161,15 @@ fn a_sphere_is_held_over_a_gap_only_if_it_has_touched() {
     let bound = engine.save(&Comm::Solo).unwrap();
     let mut held = Saved::load(
         "native",
-        &[bound],
+        &Comm::Solo,
+        &SavedParts::divided(&Comm::Solo, &[bound]),
         (&engine.context.near, &engine.context.local, &engine.context.params.walls),
         engine.context.params.memory(),
     )
-    .unwrap();
+    .unwrap()
+    .state;
     held.particles[0].position = at.into();
-    engine.restore(&Comm::Solo, &[held.write("native")]).unwrap();
+    engine.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[held.write("native")])).unwrap();
     run(&mut engine, 1, DT);
     let [state] = engine.contact_states(&Comm::Solo)[..] else { panic!("one contact") };
     assert!((state.depth + gap).abs() < 1e-15 && state.volume == 0.0, "{state:?}");
@@ -192,14 +194,16 @@ fn a_sphere_with_a_neck_hangs_from_a_ceiling_up_to_the_force_that_pulls_it_off()
         let parts = [engine.save(&Comm::Solo).unwrap()];
         let mut hung = Saved::load(
             "native",
-            &parts,
+            &Comm::Solo,
+            &SavedParts::divided(&Comm::Solo, &parts),
             (near, local, &engine.context.params.walls),
             engine.context.params.memory(),
         )
-        .unwrap();
+        .unwrap()
+        .state;
         let at = touching - Vec3::z() * (1e-9 + square / (3.0 * RADIUS));
         (hung.particles[0].position, hung.particles[0].velocity) = (at.into(), [0.0; 3]);
-        engine.restore(&Comm::Solo, &[hung.write("native")]).unwrap();
+        engine.restore(&Comm::Solo, &SavedParts::divided(&Comm::Solo, &[hung.write("native")])).unwrap();
         run(&mut engine, 60_000, DT);
         let fallen = at.z - first(&engine).position[2];
         println!("pull {part} of the weight: fallen {fallen:.2e} m");

@@ -150,7 +150,7 @@ fn a_narrow_box_gives_the_same_bits_on_1_to_8_ranks_and_when_it_is_saved_and_res
         });
         let resumed = on_threads(4, |comm| {
             let mut engine = engine(&comm);
-            engine.restore(&comm, &saved).unwrap();
+            engine.restore(&comm, &SavedParts::divided(&comm, &saved)).unwrap();
             (0..250).for_each(|_| advance(&mut engine, &comm, DT).unwrap());
             engine.particles().owned().to_vec()
         });

@@ -186,7 +186,7 @@ fn drum(ranks: usize, steps: usize, from: Option<&[Vec<u8>]>) -> (Vec<Vec<u8>>, 
     let ended = on_threads(ranks, |comm| {
         let mut engine = Native::new(params.clone(), cut.clone(), comm.rank(), spheres(), &all).unwrap();
         if let Some(parts) = from {
-            engine.restore(&comm, parts).unwrap();
+            engine.restore(&comm, &SavedParts::divided(&comm, parts)).unwrap();
         }
         for _ in 0..steps {
             let loads = vec![Load::default(); engine.particles().owned];

@@ -155,7 +155,7 @@ fn prescribed_bodies_among_free_ones_have_the_same_bits_on_1_to_4_ranks_also_res
         let mut ends = on_threads(ranks, |comm| {
             let mut engine = engine(params(oscillation()), ranks, comm.rank(), &all);
             match half {
-                Some(parts) => engine.restore(&comm, parts).unwrap(),
+                Some(parts) => engine.restore(&comm, &SavedParts::divided(&comm, parts)).unwrap(),
                 None => pull(&mut engine, &comm, 1300),
             }
             let parts = comm.all_gather(engine.save(&comm).unwrap());

@@ -71,7 +71,7 @@ fn particles_that_come_and_go_leave_the_same_bits_on_1_to_4_ranks_and_after_a_re
         for readers in [1, 3] {
             on_threads(readers, |comm| {
                 let mut engine = engine(&comm);
-                engine.restore(&comm, &parts).unwrap();
+                engine.restore(&comm, &SavedParts::divided(&comm, &parts)).unwrap();
                 assert!(whole(&engine, &comm) == alone[0], "from {ranks} to {readers} ranks");
                 advance(&mut engine, &comm, 100);
                 assert!(whole(&engine, &comm) == alone[1], "from {ranks} to {readers} ranks");

@@ -137,7 +137,7 @@ fn a_run_saved_on_1_to_4_ranks_continues_on_1_to_4_ranks_to_the_same_bits() {
                     let mut engine = engine(laws, &comm, &crowd());
                     // Whatever it did before is forgotten.
                     advance(&mut engine, &comm, (0, 2));
-                    engine.restore(&comm, &parts[0]).unwrap();
+                    engine.restore(&comm, &SavedParts::divided(&comm, &parts[0])).unwrap();
                     for (n, (parts, state)) in parts.iter().zip(&states).enumerate() {
                         advance(&mut engine, &comm, (step, step + ON * n as u64));
                         assert_eq!(gathered(&engine, &comm), *state, "{what}");
@@ -151,6 +151,60 @@ fn a_run_saved_on_1_to_4_ranks_continues_on_1_to_4_ranks_to_the_same_bits() {
 }
 
 #[test]
+fn a_state_saved_on_1_to_8_ranks_is_the_same_on_1_to_8_others() {
+    for writers in [1, 2, 5, 8] {
+        let Written { parts: [parts, _], states: [state, _], .. } = written(Laws::Films, writers);
+        for readers in [1, 2, 3, 4, 5, 6, 8] {
+            on_threads(readers, |comm| {
+                let mut engine = engine(Laws::Films, &comm, &crowd());
+                engine.restore(&comm, &SavedParts::divided(&comm, &parts)).unwrap();
+                assert_eq!(gathered(&engine, &comm), state, "from {writers} to {readers} ranks");
+                let here = |key: &ContactKey| {
+                    let ContactContext { near, local, .. } = &engine.context;
+                    evaluating_rank_of(key, near, local) == Some(comm.rank())
+                };
+                assert!(engine.records().iter().all(|(key, _)| here(&key)));
+            });
+        }
+    }
+}
+
+#[test]
+fn a_rank_reads_and_sends_its_share_of_a_state_and_no_more_on_8_ranks() {
+    let domain = Domain { faces: Domain::faces([true; 3]), cells: [400, 6, 6], dx: 1e-3 };
+    let sphere =
+        Template { shape: Arc::new(crate::shape::Sphere { radius: 1e-3 }), material: 0, density: 1e3 };
+    // Two rows of spheres that touch.
+    let at = |n: u64| Vec3::new(5e-4 + 1.995e-3 * (n / 2) as f64, 1e-3 + 3e-3 * (n % 2) as f64, 3e-3);
+    let all: Vec<Particle> = (0..400).map(|n| Particle::at(n, 0, at(n))).collect();
+    let engine = |comm: &Comm| {
+        let params = NativeParams { walls: Vec::new(), ..params() };
+        let cut = Decomposition::with_grid(domain, [8, 1, 1]);
+        Native::new(params, cut, comm.rank(), Arc::new([sphere.clone()]), &all).unwrap()
+    };
+    let parts = on_threads(8, |comm| {
+        let mut engine = engine(&comm);
+        let loads = vec![Load::default(); engine.particles().owned];
+        engine.advance(&comm, &loads, 1e-9).unwrap();
+        assert!(engine.records().len() > 40);
+        engine.save(&comm).unwrap()
+    });
+    // Read by others than those that wrote them.
+    let parts = [&parts[3..], &parts[..3]].concat();
+    on_threads(8, |comm| {
+        let mut engine = engine(&comm);
+        let own = SavedParts::divided(&comm, &parts);
+        let read = own.own[0].1.len() as u64;
+        assert_eq!(own.own.len(), 1);
+        let before = comm.traffic();
+        engine.restore(&comm, &own).unwrap();
+        let sent = comm.traffic() - before;
+        assert!(sent.exchange.bytes < 2 * read, "{} bytes of {read}", sent.exchange.bytes);
+        assert!(sent.collective.bytes < 150 * 8, "{} bytes to all", sent.collective.bytes);
+    });
+}
+
+#[test]
 fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_continues_as_before_on_3_ranks() {
     let Written { step, parts, states } = written(Laws::Plain, 2);
     let ([parts, _], [_, end]) = (parts, states);
@@ -159,9 +213,9 @@ fn an_engine_that_refuses_what_was_saved_says_so_on_every_rank_and_continues_as_
     let cut = vec![parts[0][..500].to_vec(), parts[1].clone()];
     let words = on_threads(3, |comm| {
         let mut engine = engine(Laws::Plain, &comm, &crowd());
-        engine.restore(&comm, &parts).unwrap();
+        engine.restore(&comm, &SavedParts::divided(&comm, &parts)).unwrap();
         let refused = [&damaged, &cut, &parts[..1].to_vec(), &Vec::new()].map(|bad| {
-            let error = engine.restore(&comm, bad).unwrap_err();
+            let error = engine.restore(&comm, &SavedParts::divided(&comm, bad)).unwrap_err();
             assert_eq!(error.exit_code(), 2);
             error.to_string()
         });

@@ -19,10 +19,18 @@ pub(crate) struct SavedMean {
     mean: f64,
 }
 
+/// Faces of a cell.
+const FACES: u64 = 6;
+
 impl SavedMean {
     /// False of numbers that no fluid has.
     pub(crate) fn is_sound(&self) -> bool {
-        self.mean.abs() < FIXED_POINT_LIMIT
+        self.mean.abs() < FIXED_POINT_LIMIT && self.face < FACES && self.cell < u64::MAX / FACES
+    }
+
+    /// Number of the face of its cell among those of all cells of the box.
+    pub(crate) fn id(&self) -> u64 {
+        FACES * self.cell + self.face
     }
 }
 
