@@ -122,7 +122,7 @@ pub struct Setup {
     fixed_array: Option<array::FixedArray>,
     /// Factors on the shape of each section that has the sizes of its positions file.
     scales: Vec<Option<Vec<f64>>>,
-    /// What follows from the particles of all processes, if this one has only its own.
+    /// Numbers that follow from the particles of all processes, if this one has only its own.
     pub(crate) placed: Option<Arc<Placed>>,
     /// Length of the run, hardware and output.
     pub plan: RunPlan,

@@ -15,6 +15,7 @@ mod insertion;
 mod measure;
 mod observe;
 mod population;
+mod recut;
 mod references;
 mod run;
 mod saved;
@@ -57,6 +58,7 @@ pub use measure::Measurement;
 pub use observe::device_name;
 pub use observe::{Sums, Totals, instruction_set};
 use population::Counts;
+use recut::{Busy, Watch};
 pub use references::{Law, Suspension, settling_references};
 #[doc(hidden)]
 pub use run::on_ranks;
@@ -68,7 +70,7 @@ pub use session::Session;
 use std::rc::Rc;
 use std::sync::Arc;
 pub use together::read_together;
-pub use work::{Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
+pub use work::{CostFactors, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
 #[cfg(feature = "pictures")]
 pub use writers::write_start;
 pub use writers::{
@@ -145,6 +147,8 @@ pub struct Simulation {
     counts: Counts,
     plan: Rc<insertion::Plan>,
     record: insertion::Record,
+    /// Time that this rank has worked, if it is measured.
+    busy: Option<Busy>,
 }
 
 /// The fluid, and what couples it to the particles.
@@ -319,6 +323,7 @@ impl Simulation {
             counts: Counts::of(setup),
             record: insertion::Record::new(setup.templates.len(), &plan, 0),
             plan: Rc::new(plan),
+            busy: None,
         })
     }
 
@@ -327,7 +332,17 @@ impl Simulation {
     pub fn step(&mut self) -> Result<()> {
         self.known_failure()?;
         self.come_and_go()?;
-        let Self { comm, units, system, dem, timings: t, failure, external, applied, .. } = self;
+        let watch = self.busy.map(|_| Watch::start(&self.comm));
+        let done = self.move_all();
+        if let Some((watch, busy)) = watch.zip(self.busy.as_mut()) {
+            busy.all += watch.work(&self.comm);
+        }
+        done
+    }
+
+    /// A step of the particles that there are.
+    fn move_all(&mut self) -> Result<()> {
+        let Self { comm, units, system, dem, timings: t, failure, external, applied, busy, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
         let mut flow = None;
         let mut loads = if let Some(system) = system {
@@ -350,7 +365,7 @@ impl Simulation {
         if let Some(external) = external {
             external.add_to(&mut loads, dem.particles().owned(), self.step as f64 * units.dt, comm);
         }
-        let moved = t.stage("dem", || dem.advance(comm, &loads, units.dt));
+        let moved = t.stage("dem", || Busy::note(busy, comm, || dem.advance(comm, &loads, units.dt)));
         if let Some(FluidSystem { fluid, .. }) = system {
             t.stage("halo", || fluid.exchange());
             if let Some(error) = fluid.take_failure() {

@@ -36,7 +36,7 @@ pub use particles::{
     RelativeDistance, RelaxDistance, SharesOf, SizeShare, SizeSpread, Sizes, Weibull,
 };
 pub use pictures::{BodyColour, PictureSection, Quantity, SliceSection, ViewSection, ViewSlice};
-pub use run::{CheckpointEvery, Duration, Every, RunEnd, RunSection, SteadySection};
+pub use run::{CheckpointEvery, Duration, Every, LoadBalancing, RunEnd, RunSection, SteadySection};
 pub use shapes::{
     CompositeSection, CubeSection, CylinderSection, LengthUnit, MeshSection, NamedUnit, PartSection,
     ShapeSection,

@@ -24,7 +24,7 @@ pub(super) enum Places<'a> {
     Elsewhere(&'a Arc<Placed>),
 }
 
-/// What follows from all particles of a case at the start.
+/// Numbers that follow from all particles of a case at the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Totals {
     /// Number of particles of each template.
@@ -124,7 +124,7 @@ impl Placed {
 }
 
 impl Setup {
-    /// What follows from the particles of all processes at the start.
+    /// Numbers that follow from the particles of all processes at the start.
     pub(crate) fn totals(&self) -> Totals {
         self.placed.as_ref().map_or_else(|| Totals::of(self), |placed| placed.totals.clone())
     }
@@ -153,7 +153,7 @@ mod tests {
     use std::fmt::Write;
     use std::path::PathBuf;
 
-    /// Reads a case in two ways: with all particles, and with what another process tells of them.
+    /// A case read in two ways: with all particles, and with what another process tells of them.
     fn both(origin: Origin, options: &[&str]) -> [Setup; 2] {
         let options: Vec<String> = options.iter().map(ToString::to_string).collect();
         let whole = read_alone(origin, &options).unwrap_or_else(|e| panic!("{origin:?}: {e}"));
@@ -179,7 +179,7 @@ mod tests {
         of.inputs.clear();
         of.warnings.clear();
         of.notes.clear();
-        of.files.retain(|(name, _)| name.ends_with(".stl"));
+        of.files.retain(|(name, _)| name.contains(".stl"));
         format!("{text} {setup:?}")
     }
 

@@ -2,7 +2,7 @@
 
 use super::Setup;
 use super::checks::{Clock, Document};
-use super::file::{CheckpointEvery, Duration, Every, RunEnd, SteadySection, WallShape};
+use super::file::{CheckpointEvery, Duration, Every, LoadBalancing, RunEnd, SteadySection, WallShape};
 use super::pictures::{PicturePlan, pictures};
 use super::statistics::{self, Dynamics, Profile, Structure};
 use crate::device;
@@ -29,6 +29,8 @@ pub struct RunPlan {
     pub average_from_step: u64,
     /// Thread ranks; 0 is one per core.
     pub threads: usize,
+    /// The box may be cut into other blocks during the run.
+    pub is_cut_anew: bool,
     /// Storage of the populations.
     pub precision: Precision,
     /// Instruction set; `None` takes the best this processor has.
@@ -143,6 +145,7 @@ impl RunPlan {
             average_from_step: average_from(document, clock, end_step, early)?,
             threads: if threads == 0 { devices.len() } else { threads },
             precision: document.case.fluid.as_ref().map_or(Precision::F32, |fluid| fluid.precision),
+            is_cut_anew: document.case.run.load_balancing == LoadBalancing::Dynamic,
             simd: simd(document)?,
             devices,
             output,

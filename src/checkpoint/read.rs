@@ -135,11 +135,11 @@ impl Checkpoint {
         let mut met: Vec<Block> = Vec::new();
         for (rank, (path, head)) in self.parts.iter().enumerate() {
             let stored = head.block();
-            let Some(common) = intersection(&block, &stored) else {
+            let Some(common) = block.common(&stored) else {
                 continue;
             };
             let of_part = |what: String| format!("part {rank}, {what}");
-            if met.iter().any(|other| intersection(other, &common).is_some()) {
+            if met.iter().any(|other| other.common(&common).is_some()) {
                 return Err(of_part("which has cells of another part".to_string()));
             }
             met.push(common);
@@ -148,7 +148,8 @@ impl Checkpoint {
                 head.read_plane(&mut file, z, &mut plane).map_err(of_part)?;
                 let mut piece = common;
                 (piece.lo[2], piece.hi[2]) = (z, z + 1);
-                cut(&plane, &stored, &piece, self.head.bytes_per_cell, &mut bytes);
+                bytes.clear();
+                stored.cut_plane(&plane, &piece, self.head.bytes_per_cell, &mut bytes);
                 visit(piece, &bytes).map_err(|what| of_part(format!("plane z = {z}: {what}")))?;
             }
         }
@@ -193,22 +194,4 @@ fn content(directory: &Path, entry: &FileEntry, name: &str) -> Damage<Vec<u8>> {
         return Err(format!("{name} is damaged"));
     }
     Ok(bytes)
-}
-
-/// The cells of both, if there are any.
-fn intersection(a: &Block, b: &Block) -> Option<Block> {
-    let lo: [usize; 3] = std::array::from_fn(|i| a.lo[i].max(b.lo[i]));
-    let hi: [usize; 3] = std::array::from_fn(|i| a.hi[i].min(b.hi[i]));
-    (0..3).all(|i| lo[i] < hi[i]).then_some(Block { lo, hi })
-}
-
-/// Of a plane of `stored` the cells of `piece`, which are some of them.
-fn cut(plane: &[u8], stored: &Block, piece: &Block, bytes_per_cell: usize, bytes: &mut Vec<u8>) {
-    bytes.clear();
-    let row = stored.size()[0];
-    for y in piece.lo[1]..piece.hi[1] {
-        let first = (y - stored.lo[1]) * row + piece.lo[0] - stored.lo[0];
-        let cells = first..first + piece.size()[0];
-        bytes.extend_from_slice(&plane[cells.start * bytes_per_cell..cells.end * bytes_per_cell]);
-    }
 }

@@ -59,9 +59,9 @@ pub(super) fn owner(cut: &Decomposition, particle: &Particle) -> usize {
     if cut.ranks() == 1 { 0 } else { cut.owner(cut.domain.wrap(particle.position())) }
 }
 
-/// The particles of the case that begin in the block of this rank.
+/// The particles of the case that this rank hands over: all that it has of a case that is divided, else those that begin in its block.
 pub(super) fn handed(setup: &Setup, cut: &Decomposition, comm: &Comm) -> Vec<Particle> {
-    let is_here = |particle: &&Particle| owner(cut, particle) == comm.rank();
+    let is_here = |particle: &&Particle| setup.placed.is_some() || owner(cut, particle) == comm.rank();
     setup.particles.iter().filter(is_here).copied().collect()
 }
 
@@ -115,17 +115,20 @@ pub(super) fn engine(
             external(ExternalParams { memory, ..params })
         }
         EngineChoice::Native => {
-            let params = NativeParams {
-                contact: setup.contact.clone(),
-                walls: setup.walls.clone(),
-                gravity: setup.gravity,
-                substeps: setup.substeps,
-                motions: setup.motions.clone(),
-                sums_facets: setup.plan.output.wear_every > 0,
-            };
-            Ok(Box::new(
-                Native::new(params, decomposition, comm.rank(), templates, &[])?.with(comm, &handed)?,
-            ))
+            Ok(Box::new(native(setup, &decomposition, comm.rank())?.with(comm, &handed)?))
         }
     }
+}
+
+/// The native engine of a rank, with nothing to move yet.
+pub(super) fn native(setup: &Setup, cut: &Decomposition, rank: usize) -> Result<Native> {
+    let params = NativeParams {
+        contact: setup.contact.clone(),
+        walls: setup.walls.clone(),
+        gravity: setup.gravity,
+        substeps: setup.substeps,
+        motions: setup.motions.clone(),
+        sums_facets: setup.plan.output.wear_every > 0,
+    };
+    Native::new(params, cut.clone(), rank, setup.templates.clone(), &[])
 }

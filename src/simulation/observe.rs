@@ -13,7 +13,6 @@ use super::writers::{self, Need, RankOutput, RankState, RootOutput, Writer, Writ
 use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
-use crate::domain::Decomposition;
 use crate::error::{Error, Result};
 use crate::output::directory::{self, Kind};
 use crate::output::{Numbered, OutputFiles, Summary};
@@ -39,7 +38,6 @@ pub(super) type Writers<'a> = Vec<Box<dyn Writer + 'a>>;
 
 pub(super) struct Observer<'a> {
     setup: &'a Setup,
-    decomposition: &'a Decomposition,
     start: Instant,
     /// Steps done before this run, which continues from there.
     first: u64,
@@ -96,7 +94,6 @@ pub(super) fn kinds(writers: &[Box<dyn Writer + '_>]) -> Vec<Kind> {
 impl<'a> Observer<'a> {
     pub(super) fn new(
         setup: &'a Setup,
-        decomposition: &'a Decomposition,
         comm: &Comm,
         writers: Writers<'a>,
         first: u64,
@@ -109,7 +106,6 @@ impl<'a> Observer<'a> {
         }
         Self {
             setup,
-            decomposition,
             start: Instant::now(),
             first,
             opened: is_root.then(|| File::open(&setup.plan.output.directory).ok()).flatten(),
@@ -238,9 +234,9 @@ impl<'a> Observer<'a> {
         measured: Option<&Measurement>,
     ) -> Result<()> {
         simulation.comm.agree(self.intact())?;
-        let (setup, cut, needed) = (self.setup, self.decomposition, |need| needs.contains(&need));
+        let (setup, needed) = (self.setup, |need| needs.contains(&need));
         let time = simulation.step as f64 * setup.time_step;
-        let mut rank = RankState::new(simulation, cut);
+        let mut rank = RankState::new(simulation);
         let of_row = measured.map_or_else(Sums::default, |measured| row::sums(setup, &rank, measured));
         let of_each = due.iter().map(|&i| self.writers[i].sums(&mut rank));
         let sums: Vec<Sums> = std::iter::once(of_row).chain(of_each).collect();
@@ -248,6 +244,7 @@ impl<'a> Observer<'a> {
         let touches = if touches { rank.into_contacts() } else { Vec::new() };
         let totals = Sums::reduce(&sums, &simulation.comm);
         let row = measured.and_then(|measured| row::row(setup, simulation, measured, &totals[0]));
+        let cut = &simulation.cut.clone();
         let planes = (needed(Need::Slices) && setup.fluid.is_some()).then(|| slice_planes(setup));
         let planes = planes.unwrap_or_default();
         let slices: Vec<_> = planes.iter().map(|plane| gather::slice(simulation, cut, plane)).collect();

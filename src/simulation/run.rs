@@ -5,8 +5,9 @@ use super::checkpointer::{Checkpointer, Requests, saved_head};
 use super::engine::{Context, engine};
 use super::identity::run_id;
 use super::observe::{Observer, kinds};
+use super::recut::Balance;
 use super::together::read_together;
-use super::work::{Forecast, Work, cores};
+use super::work::{CostFactors, Forecast, Work, cores};
 use super::writers::{self, Writer};
 use super::{CONTROL_INTERVAL, Simulation};
 use crate::case::{Origin, Setup};
@@ -306,17 +307,28 @@ pub(super) fn decompose_for(setup: &Setup, processes: Option<usize>) -> Result<D
     let blocks = if ranks == 1 {
         Decomposition::new(setup.domain, 1)
     } else {
-        Decomposition::balanced(setup.domain, ranks, &Work::of(setup).weights())
+        Decomposition::balanced(setup.domain, ranks, &Work::of(setup).weights(&Comm::Solo))
     };
     blocks.ok_or_else(|| too_many(setup, ranks, kind, remedy))
 }
 
-/// Work of each of `ranks` ranks. Errors: [`Error::Input`] with the largest admissible number if these are too many.
-pub fn forecast(setup: &Setup, ranks: usize) -> Result<Forecast> {
-    let work = Work::of(setup);
-    Decomposition::balanced(setup.domain, ranks, &work.weights())
+/// Work of each of `ranks` ranks, on a machine with these costs. Errors: [`Error::Input`] with the largest admissible number if these are too many, or
+/// for a case that was [read together](super::read_together).
+pub fn forecast(setup: &Setup, ranks: usize, factors: CostFactors) -> Result<Forecast> {
+    refuse_divided(setup)?;
+    let work = Work::with(setup, factors);
+    Decomposition::balanced(setup.domain, ranks, &work.weights(&Comm::Solo))
         .map(|cut| work.forecast(&cut))
         .ok_or_else(|| too_many(setup, ranks, "ranks", "--ranks"))
+}
+
+/// Refuses a case of which this process has its own particles alone.
+pub(super) fn refuse_divided(setup: &Setup) -> Result<()> {
+    if setup.placed.is_none() {
+        return Ok(());
+    }
+    let what = "an estimate needs all particles, and of a case that was read together a process has its own: read it alone";
+    Err(Error::Input(what.to_string()))
 }
 
 fn too_many(setup: &Setup, ranks: usize, kind: &str, remedy: &str) -> Error {
@@ -350,7 +362,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
     writers.extend(more(simulation.comm.rank()));
     let observer = |simulation: &Simulation, writers| {
         let Simulation { comm, step, .. } = simulation;
-        Observer::new(setup, decomposition, comm, writers, *step, options.progress.clone())
+        Observer::new(setup, comm, writers, *step, options.progress.clone())
     };
     let clear = |comm: &Comm, writers, run: &str| {
         let directory = &setup.plan.output.directory;
@@ -384,12 +396,16 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
         observer.warn(&what);
     }
     let (first, mut asked) = (simulation.step, Requests::default());
+    let mut balance = Balance::new(setup, &mut simulation);
     let ended = loop {
         observer.observe(&mut simulation, false)?;
         let ended = simulation.step >= setup.plan.end_step || observer.ends(&simulation);
         checkpointer.write_if_due(&mut simulation, &mut observer, asked, ended)?;
         if asked.stop || ended {
             break ended;
+        }
+        if let Some(balance) = &mut balance {
+            balance.cut_if_due(&mut simulation)?;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
         simulation.requests = if tells { checkpointer.requests(options) } else { Requests::default() };

@@ -2,17 +2,18 @@
 
 use super::checkpointer::of_another_run;
 use super::insertion::Record;
-use super::{FluidSystem, Simulation, identity};
+use super::{FluidSystem, Simulation, engine, identity};
 use crate::case::Setup;
 use crate::checkpoint::{self, CaseText, Checkpoint, Head, Part};
-use crate::comm::{Comm, SavedParts};
+use crate::comm::{Comm, Routed, SavedParts};
 use crate::coupling::{AnyFluid, ControlRecord, MeanFlow};
-use crate::domain::Block;
+use crate::domain::{Block, Decomposition};
 use crate::error::{Error, Result};
 use crate::math::FIXED_POINT_LIMIT;
 use crate::units::Units;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 use std::path::Path;
 
 /// One rank's part of the state, but for the populations.
@@ -106,6 +107,92 @@ impl Simulation {
         self.step = step;
         (self.failure, self.agreed, self.before) = (None, None, None);
         outcome
+    }
+}
+
+/// State of a rank on its way to new blocks.
+struct Moving {
+    driving: SavedDriving,
+    record: Option<Record>,
+    states: States,
+    /// First plane, and by the rank that sends them all cells of some planes that its block and the new one of this rank have in common.
+    cells: Vec<(usize, Routed)>,
+}
+
+/// Bytes of cells that a rank sends to another at a time, about: MPI counts up to 2^31.
+const MOST_AT_ONCE: usize = if cfg!(test) { 1 << 18 } else { 1 << 28 };
+
+impl Simulation {
+    /// Gives the ranks other blocks, of as many ranks, and what belongs to them. Errors: a failure of the simulation; those of saving;
+    /// [`Error::Memory`], after which the state is lost. Collective.
+    pub(super) fn cut_anew(&mut self, setup: &Setup, cut: Decomposition) -> Result<()> {
+        // What has failed since the last control is not to be forgotten.
+        self.check()?;
+        let (comm, rank) = (self.comm.clone(), self.comm.rank());
+        let SavedState { engine: particles, coupling, driving } = checkpoint::agreed(&comm, self.save())?;
+        let part = |bytes| SavedParts { own: vec![(rank, bytes)], count: comm.size() };
+        let moving = Moving {
+            driving,
+            record: self.record.tells().then(|| self.record.clone()),
+            states: [part(particles), part(coupling)],
+            cells: self.exchange_cells(&cut),
+        };
+        let before = std::mem::replace(&mut self.cut, cut);
+        self.block = self.cut.block(rank);
+        self.dem = Box::new(engine::native(setup, &self.cut, rank)?);
+        if let Some(of) = &setup.fluid {
+            // There need not be room for both.
+            self.system = None;
+            self.system = Some(FluidSystem::new(setup, of, &self.cut, &comm, self.dem.particles())?);
+        }
+        let bytes = self.saved_bytes();
+        let restored =
+            self.restore(self.step, (moving.driving, moving.record), &moving.states, |block, visit| {
+                for (first, (from, cells)) in moving.cells {
+                    let Some(mut piece) = block.common(&before.block(from)) else { continue };
+                    let planes = piece.lo[2].max(first)..piece.hi[2];
+                    let plane = piece.cell_count() / piece.size()[2] * bytes;
+                    for (z, bytes) in planes.zip(cells.chunks_exact(plane)) {
+                        (piece.lo[2], piece.hi[2]) = (z, z + 1);
+                        visit(piece, bytes).map_err(Error::Input)?;
+                    }
+                }
+                Ok(())
+            });
+        checkpoint::agreed(&comm, restored)
+    }
+
+    /// Sends the saved cells to the ranks that have other blocks, some planes at a time: those that come here, with the first plane. Collective.
+    fn exchange_cells(&self, cut: &Decomposition) -> Vec<(usize, Routed)> {
+        if self.system.is_none() {
+            return Vec::new();
+        }
+        let ([x, y, z], bytes) = (cut.domain.cells, self.saved_bytes());
+        let at_once = (MOST_AT_ONCE / (x * y * bytes)).max(1);
+        let mut received = Vec::new();
+        for first in (0..z).step_by(at_once) {
+            let messages = self.cells_of(cut, first..(first + at_once).min(z));
+            received.extend(self.comm.route(messages).into_iter().map(|message| (first, message)));
+        }
+        received
+    }
+
+    /// The saved cells of some planes that go to the ranks that have other blocks.
+    fn cells_of(&self, cut: &Decomposition, planes: Range<usize>) -> Vec<Routed> {
+        let commons = (0..cut.ranks()).filter_map(|to| Some((to, self.block.common(&cut.block(to))?)));
+        let mut messages: Vec<(Block, Routed)> =
+            commons.map(|(to, common)| (common, (to, Vec::new()))).collect();
+        let mut plane = Vec::new();
+        for z in planes.start.max(self.block.lo[2])..planes.end.min(self.block.hi[2]) {
+            plane.clear();
+            self.save_plane(z, &mut plane);
+            for (common, (_, message)) in &mut messages {
+                if (common.lo[2]..common.hi[2]).contains(&z) {
+                    self.block.cut_plane(&plane, common, self.saved_bytes(), message);
+                }
+            }
+        }
+        messages.into_iter().map(|(_, message)| message).filter(|(_, message)| !message.is_empty()).collect()
     }
 }
 

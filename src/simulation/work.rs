@@ -9,23 +9,32 @@
 mod costs;
 mod forecast;
 
-use super::decompose;
+use super::run::refuse_divided;
+use super::{Simulation, decompose};
 use crate::case::Setup;
-use crate::comm;
+use crate::comm::{self, Comm};
 use crate::contact::PairFinder;
-use crate::domain::{Domain, Weights};
+use crate::dem::assign::GhostLayer;
+use crate::domain::{Block, Domain, Weights};
 use crate::engine::EngineChoice;
 use crate::error::Result;
 use crate::fluid::CHUNK;
 use crate::math::Vec3;
+use crate::particle::Particle;
 use crate::wall::{Surface, Wall};
 use costs::Form;
 pub use costs::bytes_per_cell;
 pub use forecast::{Forecast, RankForecast, Traffic};
+use serde::{Deserialize, Serialize};
+use std::rc::Rc;
 
 /// Particles count as in contact if the spheres of their volume, grown by this part, meet: in a random packing about as many as touch
 /// later (`hindered_settling` at volume fractions 0.2 and 0.3: 120 and 314, after 200 steps 106 and 303; cubes: 120, 198).
 const NEAR: f64 = 0.03;
+
+/// Unit of work in sums over ranks (s), and that of its square (s^2).
+const TICK: f64 = 1e-16;
+const SQUARE: f64 = 1e-18;
 
 /// Points per axis at which the walls in the box are sampled.
 const POINTS: usize = 64;
@@ -34,14 +43,55 @@ const POINTS: usize = 64;
 #[derive(Clone, Debug)]
 pub(crate) struct Work<'a> {
     setup: &'a Setup,
+    /// Those that this rank owns, and its ghosts.
     bodies: Vec<Body>,
+    owned: usize,
+    /// Of each pair that of the owner of the first of them.
     contacts: Vec<Contact>,
     /// Walls with cells of the box in them.
     walls: Vec<Surface>,
+    pub(super) factors: CostFactors,
+    /// Cells that are swept in each layer along each axis, as walls at the start leave them.
+    pub(super) swept: Swept,
+}
+
+/// Cells in each layer along each axis.
+pub(super) type Swept = Rc<[Vec<f64>; 3]>;
+
+/// Costs on a machine over those that are built in.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CostFactors {
+    /// A cell of the fluid.
+    pub cell: f64,
+    /// A cell that a particle covers, beyond that.
+    pub covered_cell: f64,
+    /// Motion and contacts of particles.
+    pub particles: f64,
+    /// A message.
+    pub message: f64,
+    /// A byte in it.
+    pub byte: f64,
+}
+
+impl CostFactors {
+    /// Those of messages that take so long, and whose bytes do (s); a clock may have missed them.
+    #[must_use]
+    pub fn with_messages(self, message: f64, byte: f64) -> Self {
+        let [message, byte] = [message / costs::MESSAGE, byte / costs::BYTE].map(|of| of.clamp(1e-3, 1e3));
+        Self { message, byte, ..self }
+    }
+}
+
+impl Default for CostFactors {
+    fn default() -> Self {
+        Self { cell: 1.0, covered_cell: 1.0, particles: 1.0, message: 1.0, byte: 1.0 }
+    }
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Body {
+    id: u64,
     /// Wrapped position (m).
     position: Vec3,
     template: u64,
@@ -49,7 +99,7 @@ struct Body {
     middle: Vec3,
     half: Vec3,
     covered: f64,
-    /// Cost of these beyond that of fluid (s).
+    /// Cost of these beyond that of fluid (s), as it is built in.
     cost: f64,
 }
 
@@ -58,15 +108,37 @@ struct Body {
 struct Contact {
     first: usize,
     second: Option<usize>,
+    /// As it is built in (s).
     cost: f64,
 }
 
+/// Work (s) of cells, of what particles cover, and of their motion and contacts.
+pub(super) type Parts = [f64; 3];
+
 impl<'a> Work<'a> {
-    /// Of the particles and walls of a case.
+    /// Of the particles of a case at the start, all of which are here, and its walls.
     pub(crate) fn of(setup: &'a Setup) -> Self {
+        Self::with(setup, CostFactors::default())
+    }
+
+    /// The same on a machine with other costs.
+    pub(crate) fn with(setup: &'a Setup, factors: CostFactors) -> Self {
+        let finder = PairFinder::new(setup.domain);
+        let work = Self::among(setup, (&setup.particles, setup.particles.len()), finder, Swept::default());
+        let swept = Rc::new(work.count_swept());
+        Self { factors, swept, ..work }
+    }
+
+    /// Of the particles of a rank, of which it owns the first ones.
+    fn among(
+        setup: &'a Setup,
+        (particles, owned): (&[Particle], usize),
+        finder: PairFinder,
+        swept: Swept,
+    ) -> Self {
         let Setup { domain, templates, .. } = setup;
         let ramp = setup.fluid.as_ref().map(|fluid| fluid.coupling.half_layer());
-        let bodies: Vec<Body> = (setup.particles.iter())
+        let bodies: Vec<Body> = (particles.iter())
             .map(|particle| {
                 let template = &templates[particle.template as usize];
                 let (lo, hi) = template.shape.bounds(&particle.orientation());
@@ -76,6 +148,7 @@ impl<'a> Work<'a> {
                 let volume = template.shape.volume() / (domain.dx * domain.dx * domain.dx);
                 let covered = ramp.map_or(0.0, |_| volume * grown.product() / edges.product());
                 Body {
+                    id: particle.id,
                     position,
                     template: particle.template,
                     middle: (position + (lo + hi) * 0.5) / domain.dx,
@@ -86,11 +159,34 @@ impl<'a> Work<'a> {
             })
             .collect();
         Self {
-            contacts: contacts(setup, &bodies),
+            contacts: contacts(setup, (&bodies, owned), finder),
             walls: ramp.map_or_else(Vec::new, |_| walls_inside(&setup.walls, domain)),
             bodies,
+            owned,
             setup,
+            factors: CostFactors::default(),
+            swept,
         }
+    }
+
+    /// Of the particles as they are in a run, those of this rank; cells are swept as at the start.
+    pub(super) fn now(setup: &'a Setup, simulation: &Simulation, swept: Swept) -> Self {
+        let store = simulation.dem().particles();
+        let radii = radii(setup);
+        let near = GhostLayer::new(simulation.cut.clone(), simulation.comm.rank(), &radii);
+        let (lo, extent) = near.window();
+        let finder = PairFinder::in_window(setup.domain, lo, extent);
+        Self::among(setup, (&store.particles, store.owned), finder, swept)
+    }
+
+    /// Cost of the cells that a body covers beyond that of fluid (s).
+    fn cover(&self, body: &Body) -> f64 {
+        body.cost * self.factors.covered_cell
+    }
+
+    /// Cost of a contact in a step (s).
+    fn contact(&self, contact: &Contact) -> f64 {
+        contact.cost * self.factors.particles
     }
 
     fn has_fluid(&self) -> bool {
@@ -99,13 +195,27 @@ impl<'a> Work<'a> {
 
     /// Cost of a cell of the fluid (s); zero without a fluid.
     fn cell(&self) -> f64 {
-        if self.has_fluid() { costs::cell(self.setup.plan.precision) } else { 0.0 }
+        if self.has_fluid() { costs::cell(self.setup.plan.precision) * self.factors.cell } else { 0.0 }
+    }
+
+    /// Cost of a cell of a face between two ranks (s).
+    fn face(&self) -> f64 {
+        costs::face(self.setup.plan.precision) * self.factors.cell
+    }
+
+    /// Time that a message takes, and that a byte in it does (s).
+    fn message(&self) -> [f64; 2] {
+        [costs::MESSAGE * self.factors.message, costs::BYTE * self.factors.byte]
     }
 
     /// Cost of a particle on its owner and on each rank that has it as a ghost (s).
     fn particle(&self) -> f64 {
         // Else rank 0 moves them all.
-        if is_shared(&self.setup.engine) { costs::PARTICLE * f64::from(self.setup.substeps) } else { 0.0 }
+        if is_shared(&self.setup.engine) {
+            costs::PARTICLE * f64::from(self.setup.substeps) * self.factors.particles
+        } else {
+            0.0
+        }
     }
 
     /// Bytes of a population.
@@ -113,56 +223,81 @@ impl<'a> Work<'a> {
         costs::by_precision(self.setup.plan.precision, 2, 4, 8)
     }
 
-    /// The work by layers of cells.
-    pub(crate) fn weights(&self) -> Weights {
+    /// The work by layers of cells, of the particles of all ranks. Collective.
+    pub(crate) fn weights(&self, comm: &Comm) -> Weights {
         let domain = &self.setup.domain;
-        let mut weights = Weights::even(domain, 0.0);
-        let cells = self.swept();
-        for axis in 0..3 {
-            let layers = &mut weights.layers[axis];
-            for (layer, cells) in layers.iter_mut().zip(&cells[axis]) {
-                *layer += self.cell() * cells;
-            }
-            for body in &self.bodies {
+        let own = &self.bodies[..self.owned];
+        let mut layers = domain.cells.map(|n| vec![0.0; n]);
+        for (axis, layers) in layers.iter_mut().enumerate() {
+            for body in own {
                 for (layer, part) in body.spread(domain, axis) {
-                    layers[layer] += part * body.cost;
+                    layers[layer] += part * self.cover(body);
                 }
                 layers[domain.cell_of(body.position)[axis]] += self.particle();
             }
             for contact in &self.contacts {
                 let at = self.bodies[contact.first].position;
-                layers[domain.cell_of(at)[axis]] += contact.cost;
+                layers[domain.cell_of(at)[axis]] += self.contact(contact);
+            }
+        }
+        let squares: f64 = (own.iter().map(|body| self.cover(body) + self.particle()))
+            .chain(self.contacts.iter().map(|contact| self.contact(contact)))
+            .map(|work| work * work)
+            .sum();
+        // Rounded, so that all ranks find the same.
+        let words = layers.concat().into_iter().map(|work| work / TICK).chain([squares / SQUARE]);
+        let most = (i64::MAX / comm.size() as i64) as f64;
+        let mut words: Vec<i64> =
+            words.map(|word| word.round().min(most) as i64).chain([own.len() as i64]).collect();
+        comm.sum(&mut words);
+        let [.., squares, bodies] = words[..] else { unreachable!("two words at least") };
+        let mut sums = words.iter().map(|word| *word as f64 * TICK);
+        let cells = &self.swept;
+        let mut weights = Weights::even(domain, 0.0);
+        for axis in 0..3 {
+            for (layer, cells) in weights.layers[axis].iter_mut().zip(&cells[axis]) {
+                *layer = sums.next().unwrap_or_default() + self.cell() * cells;
             }
         }
         // Particles near a face are on two ranks.
         let reach = self.reach() / domain.dx;
-        let per_cell = self.bodies.len() as f64 / domain.cell_count() as f64;
+        let per_cell = bodies as f64 / domain.cell_count() as f64;
         weights.face = reach * per_cell * self.particle();
-        weights.variance = (self.bodies.iter().map(|body| body.cost + self.particle()))
-            .chain(self.contacts.iter().map(|contact| contact.cost))
-            .map(|work| work * work)
-            .sum();
+        weights.variance = squares as f64 * SQUARE;
         if self.has_fluid() {
-            weights.face += costs::face(self.setup.plan.precision) + 5.0 * self.number() as f64 * costs::BYTE;
+            weights.face += self.face() + 5.0 * self.number() as f64 * self.message()[1];
             weights.chunk = CHUNK;
         }
         weights
     }
 
-    /// Bounding radii of the particles for contacts by template (m), as the engine has them.
-    fn radii(&self) -> Vec<f64> {
-        let model = self.setup.contact.clone().unwrap_or_default();
-        self.setup.templates.iter().map(|template| model.reach(&template.shape)).collect()
+    /// Work of this rank in its block, of whose cells a part is swept.
+    pub(super) fn of_block(&self, block: &Block, swept: f64) -> Parts {
+        let domain = &self.setup.domain;
+        let cells = block.cell_count() as f64 * swept;
+        let part = |body: &Body| -> f64 {
+            let along = |axis: usize| -> f64 {
+                let inside = |layer: &usize| (block.lo[axis]..block.hi[axis]).contains(layer);
+                body.spread(domain, axis).filter(|(layer, _)| inside(layer)).map(|(_, part)| part).sum()
+            };
+            self.cover(body) * (0..3).map(along).product::<f64>()
+        };
+        let contacts: f64 = self.contacts.iter().map(|contact| self.contact(contact)).sum();
+        [
+            cells * self.cell(),
+            self.bodies.iter().map(part).sum(),
+            self.bodies.len() as f64 * self.particle() + contacts,
+        ]
     }
 
     /// Largest distance of a ghost to a block (m).
     fn reach(&self) -> f64 {
-        let largest = self.radii().into_iter().fold(0.0, f64::max);
+        let largest = radii(self.setup).into_iter().fold(0.0, f64::max);
         2.0 * (largest + self.setup.domain.dx)
     }
 
     /// Cells that are swept in each layer along each axis.
-    fn swept(&self) -> [Vec<f64>; 3] {
+    pub(super) fn count_swept(&self) -> [Vec<f64>; 3] {
         let cells = self.setup.domain.cells;
         let counts = self.swept_points([0; 3], cells, POINTS);
         let points = counts.each_ref().map(Vec::len);
@@ -232,8 +367,14 @@ fn is_shared(engine: &EngineChoice) -> bool {
     *engine == EngineChoice::Native || engine.is_in_parts()
 }
 
-/// Pairs of particles, and of particles and walls, that are near each other.
-fn contacts(setup: &Setup, bodies: &[Body]) -> Vec<Contact> {
+/// Bounding radii of the particles for contacts by template (m), as the engine has them.
+fn radii(setup: &Setup) -> Vec<f64> {
+    let model = setup.contact.clone().unwrap_or_default();
+    setup.templates.iter().map(|template| model.reach(&template.shape)).collect()
+}
+
+/// Pairs of particles, and of particles and walls, that are near each other, of which the first is owned here.
+fn contacts(setup: &Setup, (bodies, owned): (&[Body], usize), mut finder: PairFinder) -> Vec<Contact> {
     let Some(model) = setup.contact.as_ref().filter(|_| is_shared(&setup.engine)) else {
         return Vec::new();
     };
@@ -245,20 +386,22 @@ fn contacts(setup: &Setup, bodies: &[Body]) -> Vec<Contact> {
     let radii: Vec<f64> = (bodies.iter()).map(|body| by_template[body.template as usize]).collect();
     let positions: Vec<Vec3> = bodies.iter().map(|body| body.position).collect();
     let substeps = f64::from(setup.substeps);
-    let mut contacts: Vec<Contact> = PairFinder::new(setup.domain)
+    let mut contacts: Vec<Contact> = finder
         .find(&positions, &radii)
         .iter()
         .map(|pair| {
-            let [first, second] = pair.map(|i| i as usize);
-            Contact {
-                first,
-                second: Some(second),
-                cost: substeps * form(&bodies[first]).contact(form(&bodies[second]), model),
-            }
+            let [a, b] = pair.map(|i| i as usize);
+            if bodies[a].id <= bodies[b].id { [a, b] } else { [b, a] }
+        })
+        .filter(|[first, _]| *first < owned)
+        .map(|[first, second]| Contact {
+            first,
+            second: Some(second),
+            cost: substeps * form(&bodies[first]).contact(form(&bodies[second]), model),
         })
         .collect();
     for wall in &setup.walls {
-        let near = (0..bodies.len()).filter(|&i| wall.surface.distance(positions[i]) < radii[i]);
+        let near = (0..owned).filter(|&i| wall.surface.distance(positions[i]) < radii[i]);
         contacts.extend(near.map(|first| Contact {
             first,
             second: None,
@@ -296,6 +439,7 @@ pub struct TimeEstimate {
 
 /// Time of a step of a case on the ranks that it asks for, or [`Error::Input`](crate::Error::Input) if these are too many.
 pub fn time_estimate(setup: &Setup) -> Result<TimeEstimate> {
+    refuse_divided(setup)?;
     let cut = decompose(setup)?;
     let ranks = cut.ranks();
     // Threads may share cores; the cores of processes are unknown.
@@ -312,4 +456,4 @@ pub(super) fn cores() -> usize {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

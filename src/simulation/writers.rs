@@ -166,18 +166,17 @@ pub enum Need {
 /// State of one rank after a step, of which a writer [sums](Writer::sums) something.
 pub struct RankState<'a> {
     simulation: &'a mut Simulation,
-    cut: &'a Decomposition,
     contacts: OnceCell<Vec<ContactState>>,
 }
 
 impl<'a> RankState<'a> {
-    pub(super) fn new(simulation: &'a mut Simulation, cut: &'a Decomposition) -> Self {
-        Self { simulation, cut, contacts: OnceCell::new() }
+    pub(super) fn new(simulation: &'a mut Simulation) -> Self {
+        Self { simulation, contacts: OnceCell::new() }
     }
 
     /// The blocks of all ranks.
     pub fn decomposition(&self) -> &Decomposition {
-        self.cut
+        &self.simulation.cut
     }
 
     /// The simulation, of which this rank has its particles and its block.

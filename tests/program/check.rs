@@ -117,6 +117,28 @@ fn of_many_ranks_the_least_the_mean_and_the_most_are_said() {
 }
 
 #[test]
+fn costs_that_a_benchmark_measures_are_those_of_the_forecast() {
+    let place = Place::new(CASE);
+    place.well(&["bench", "case.toml", "--steps", "8", "--threads", "2", "--calibrate", "costs.toml"]);
+    let costs = place.text("costs.toml");
+    for name in ["cell = ", "covered_cell = ", "particles = ", "message = ", "byte = "] {
+        assert!(costs.contains(name), "{costs}");
+    }
+    let efficiency = |costs: &str| {
+        let text = place.well(&["check", "case.toml", "--ranks", "4", "--costs", costs]);
+        text.lines().find(|line| line.starts_with("  efficiency")).unwrap().to_owned()
+    };
+    place.write("slow.toml", "cell = 1\ncovered_cell = 1\nparticles = 1\nmessage = 50\nbyte = 1\n");
+    assert!(efficiency("slow.toml").contains("with 100.00 us per message and 10.0 GB/s"));
+    assert_ne!(efficiency("slow.toml"), efficiency("costs.toml"));
+    place.write("odd.toml", "cell = \"fast\"\n");
+    place.refused(
+        &["check", "case.toml", "--ranks", "4", "--costs", "odd.toml"],
+        &["odd.toml:1: ", "--calibrate odd.toml"],
+    );
+}
+
+#[test]
 fn too_many_ranks_are_refused_with_the_largest_number_that_fits() {
     let most = format!("use --ranks {}", 12 * 12 * 20);
     Place::new(CASE)

@@ -4,6 +4,7 @@ mod allocator;
 mod analyse;
 mod bench;
 mod check;
+mod costs;
 mod crosscheck;
 mod doctor;
 mod film;
@@ -192,6 +193,9 @@ struct CheckArguments {
     /// Also show the cells, memory, work and messages of each of N ranks (threads or MPI processes).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     ranks: Option<u64>,
+    /// Costs of the machine that the ranks are on, from `turbid bench --calibrate FILE` there, in place of the built-in ones.
+    #[arg(long, value_name = "FILE", requires = "ranks")]
+    costs: Option<PathBuf>,
     /// Print the JSON schema of case files instead.
     #[arg(long, conflicts_with = "case")]
     schema: bool,
@@ -217,6 +221,9 @@ struct BenchArguments {
     /// Leave out particles altogether.
     #[arg(long)]
     fluid_only: bool,
+    /// Also write the costs of cells, particles and messages of this machine, for `turbid check --ranks N --costs FILE`.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["no_contact", "fluid_only"])]
+    calibrate: Option<PathBuf>,
     /// Print JSON with stable keys.
     #[arg(long)]
     json: bool,

@@ -246,6 +246,22 @@ impl Block {
         self.size().iter().product()
     }
 
+    /// The cells of both, if there are any.
+    pub fn common(&self, other: &Self) -> Option<Self> {
+        let lo: [usize; 3] = std::array::from_fn(|i| self.lo[i].max(other.lo[i]));
+        let hi: [usize; 3] = std::array::from_fn(|i| self.hi[i].min(other.hi[i]));
+        (0..3).all(|i| lo[i] < hi[i]).then_some(Self { lo, hi })
+    }
+
+    /// Appends the cells of `piece`, a part of a plane across z of this block, to `out`; `plane` has all of the plane, `cell` bytes each.
+    pub fn cut_plane(&self, plane: &[u8], piece: &Self, cell: usize, out: &mut Vec<u8>) {
+        let row = self.size()[0];
+        for y in piece.lo[1]..piece.hi[1] {
+            let first = (y - self.lo[1]) * row + piece.lo[0] - self.lo[0];
+            out.extend_from_slice(&plane[first * cell..(first + piece.size()[0]) * cell]);
+        }
+    }
+
     /// The cells, counted over the whole box, in the order of fields: x fastest, then y, then z.
     pub fn cells(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
         let Self { lo, hi } = *self;

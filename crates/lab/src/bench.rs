@@ -107,6 +107,7 @@ fn bench_rank(
     let resident = peak_resident_bytes();
     simulation.comm().barrier();
     *simulation.timings() = Timings::default();
+    simulation.watch();
     let mut alone = if setup.start_count() == 0 {
         None
     } else {
@@ -114,23 +115,32 @@ fn bench_rank(
     };
     let cells = setup.domain.cell_count();
     let (mut samples, mut traffic) = (Samples::default(), Traffic::default());
+    // Work (s) with the particles, and without.
+    let mut worked = [[0.0; 2]; 2];
     for _ in 0..SAMPLES {
         let own = stream_bandwidth(1, simulation.comm())?;
         let mut total = [own as i64];
         simulation.comm().sum(&mut total);
         samples.bandwidth.push(total[0] as f64 / 1e9);
         let mlups = |simulation: &mut Simulation, steps: u64| {
+            let before = simulation.worked();
             let (seconds, sent) = timed(simulation, steps)?;
-            Ok::<_, Error>((steps as f64 * cells as f64 / seconds / 1e6, sent))
+            let after = simulation.worked();
+            let work =
+                [after[0] - before[0], after[1] - before[1]].map(|work| work / steps as f64 / SAMPLES as f64);
+            Ok::<_, Error>((steps as f64 * cells as f64 / seconds / 1e6, sent, work))
         };
-        let (speed, sent) = mlups(&mut simulation, options.steps)?;
+        let (speed, sent, work) = mlups(&mut simulation, options.steps)?;
+        worked[0] = [worked[0][0] + work[0], worked[0][1] + work[1]];
         samples.mlups.push(speed);
         traffic = traffic + sent;
         if let Some(alone) = &mut alone {
             simulation.swap_particles(alone);
             let speed = mlups(&mut simulation, steps_alone(options.steps));
             simulation.swap_particles(alone);
-            samples.fluid_only.push(speed?.0);
+            let (speed, _, work) = speed?;
+            samples.fluid_only.push(speed);
+            worked[1][0] += work[0];
         }
     }
     let steps = (SAMPLES as u64 * options.steps) as f64;
@@ -144,6 +154,11 @@ fn bench_rank(
     }
     let comm = simulation.comm();
     let network = Network::measure(comm);
+    let without = alone.is_some().then_some(worked[1][0]);
+    let mut cost_factors = simulation.cost_factors(setup, worked[0], without);
+    if let Some(Network { seconds_per_message, seconds_per_byte, .. }) = network {
+        cost_factors = cost_factors.with_messages(seconds_per_message, seconds_per_byte);
+    }
     let by_rank: Vec<RankReport> = comm
         .gather(serde_json::to_vec(&mine).expect("a report is plain JSON"))
         .iter()
@@ -166,6 +181,7 @@ fn bench_rank(
         mlups_samples: mlups,
         bandwidth_samples: bandwidth,
         costs,
+        cost_factors,
         conditions: Json::Null,
         stages: mine.stages,
         stages_over_ranks: stages

@@ -18,6 +18,10 @@ pub struct RunSection {
     #[serde(default)]
     #[schemars(transform = free)]
     pub threads: usize,
+    /// Cuts of the box into the blocks of threads or processes. Default "dynamic". Results do not depend on it.
+    #[serde(default)]
+    #[schemars(transform = free)]
+    pub load_balancing: LoadBalancing,
     /// Instruction set of the kernels. Default: the best of this processor. Results do not depend on it.
     #[schemars(transform = free)]
     pub simd: Option<Simd>,
@@ -26,6 +30,17 @@ pub struct RunSection {
     #[schemars(regex(pattern = r"^(cpu|gpu(:[0-9]{1,3}(,[0-9]{1,3})*)?)$"))]
     #[schemars(transform = free)]
     pub device: Option<String>,
+}
+
+/// Times at which the box is cut into blocks of about the same work.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LoadBalancing {
+    /// At the start alone.
+    Static,
+    /// Again during a run, when particles have gathered somewhere and the slowest rank has lost more time than it takes.
+    #[default]
+    Dynamic,
 }
 
 /// A length of time.

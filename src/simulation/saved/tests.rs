@@ -190,6 +190,69 @@ fn a_dry_run_continues_to_the_bit() {
     continues(&setup, 60, 60, &[1, 4]);
 }
 
+/// Cuts a run of these steps on three ranks anew again and again, into blocks of all kinds; the state is that of the run that is left alone.
+fn is_cut_anew(setup: &Setup, steps: u64) {
+    let whole = Decomposition::new(setup.domain, 3).unwrap();
+    let [x, y, z] = setup.domain.cells;
+    let along = |axis: usize, at: [usize; 2]| {
+        let mut cuts = setup.domain.cells.map(|n| vec![0, n]);
+        cuts[axis] = vec![0, at[0], at[1], setup.domain.cells[axis]];
+        Decomposition::with_cuts(setup.domain, cuts)
+    };
+    let cuts = [
+        along(2, [4, 9]),
+        along(0, [5, x - 4]),
+        along(2, [z - 9, z - 4]),
+        along(1, [7, y - 6]),
+        whole.clone(),
+    ];
+    let run = |anew: bool| {
+        on_threads(3, |comm| {
+            let mut simulation = Simulation::new(setup, &whole, comm).unwrap();
+            for cut in &cuts {
+                if anew {
+                    simulation.cut_anew(setup, cut.clone()).unwrap();
+                    assert_eq!(simulation.block, cut.block(simulation.comm.rank()));
+                }
+                advance(&mut simulation, steps);
+            }
+            let contacts =
+                simulation.comm.all_gather(bytemuck::cast_slice(&simulation.contact_states()).to_vec());
+            let mut contacts: Vec<crate::dem::ContactState> =
+                bytemuck::pod_collect_to_vec(&contacts.concat());
+            contacts.sort_by_key(crate::dem::ContactState::key);
+            (
+                simulation.state_hash(),
+                loads(&simulation),
+                contacts,
+                simulation.mean_flow(),
+                simulation.counts().to_vec(),
+            )
+        })
+    };
+    let (alone, anew) = (run(false), run(true));
+    assert!(alone == anew);
+    assert!(!alone[0].2.is_empty());
+}
+
+#[test]
+fn a_run_whose_box_is_cut_anew_continues_to_the_bit() {
+    is_cut_anew(&setup(CASE), 13);
+    is_cut_anew(
+        &setup(&CASE.replace("relaxation_time = 0.55", "relaxation_time = 0.55\ncoupling = \"saturated\"")),
+        5,
+    );
+    let held = CASE.replace("substeps = 2", "substeps = 2\nlaw = \"hertz\"\nfriction = \"mindlin\"");
+    is_cut_anew(&setup(&held), 20);
+}
+
+#[test]
+fn a_dry_run_whose_box_is_cut_anew_continues_to_the_bit() {
+    let (before, after) = (CASE.find("[fluid]").unwrap(), CASE.find("[[particles]]").unwrap());
+    let dry = format!("{}[dry]\ntime_step = 2e-5\n{}", &CASE[..before], &CASE[after..]);
+    is_cut_anew(&setup(&dry), 60);
+}
+
 #[test]
 fn a_state_has_its_own_particles_whatever_number_of_them_the_case_starts_with() {
     let (one, other) = (setup(CASE), setup(&CASE.replace("count = 15", "count = 14")));

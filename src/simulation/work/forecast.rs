@@ -10,7 +10,7 @@
 //! know the senders, which costs a sum over all ranks of a number for each, and s = 5 small sums. The work of a rank includes ghosts and the packing of faces. Messages do
 //! not hide behind work here, so the efficiency is a lower bound.
 
-use super::{Work, costs};
+use super::{Work, costs, radii};
 use crate::coupling::{CONTROL_INTERVAL, Coupling};
 use crate::dem::assign::GhostLayer;
 use crate::domain::Decomposition;
@@ -89,9 +89,9 @@ impl RankForecast {
         self.sends.values().map(|to| to.messages).sum()
     }
 
-    /// Time (s) with messages, less global reductions.
-    pub fn time(&self) -> f64 {
-        self.work + self.messages() as f64 * costs::MESSAGE + self.bytes() as f64 * costs::BYTE
+    /// Time (s) with messages, of which each and a byte of each take so long (s), less global reductions.
+    fn time(&self, [message, byte]: [f64; 2]) -> f64 {
+        self.work + self.messages() as f64 * message + self.bytes() as f64 * byte
     }
 }
 
@@ -106,6 +106,8 @@ pub struct Forecast {
     pub alone: f64,
     /// Messages of a step to ranks that do not know the sender: those to and from an external engine.
     pub routes: usize,
+    /// Time that a message takes, and that a byte in it does (s).
+    pub message: [f64; 2],
     /// Memory of the process that reads the case and places all particles, until each has its own (bytes), estimated.
     pub placing: f64,
 }
@@ -121,14 +123,15 @@ impl Forecast {
     /// Time of a step (s): of the slowest rank, with messages and reductions.
     pub fn seconds_per_step(&self) -> f64 {
         let ranks = self.ranks.len() as f64;
-        let sum = libm::log2(ranks) * costs::MESSAGE;
+        let [message, byte] = self.message;
+        let sum = libm::log2(ranks) * message;
         let reductions = 2.0 * sum / CONTROL_INTERVAL as f64;
         let routing = if self.routes > 0 {
-            self.routes as f64 * (sum + 8.0 * ranks * costs::BYTE) + 2.0 * SUMS * sum
+            self.routes as f64 * (sum + 8.0 * ranks * byte) + 2.0 * SUMS * sum
         } else {
             0.0
         };
-        (self.ranks.iter().map(RankForecast::time)).fold(0.0, f64::max) + reductions + routing
+        (self.ranks.iter().map(|rank| rank.time(self.message))).fold(0.0, f64::max) + reductions + routing
     }
 
     /// Parallel efficiency with messages.
@@ -145,7 +148,7 @@ impl Work<'_> {
         let routes = if self.setup.engine == EngineChoice::Native || cut.ranks() == 1 { 0 } else { 2 };
         let placing = PLACED * self.bodies.len() as f64;
         let alone = self.by_rank(&whole)[0].work;
-        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone, routes, placing }
+        Forecast { grid: cut.grid, ranks: self.by_rank(cut), alone, routes, placing, message: self.message() }
     }
 
     /// The rank with the part of an external engine that has a particle: at the start, as it moves with the engine's own blocks.
@@ -169,7 +172,7 @@ impl Work<'_> {
         self.add_peers(cut, &mut ranks);
         let native = self.setup.engine == EngineChoice::Native;
         let substeps = self.setup.substeps as usize;
-        let near = GhostLayer::new(cut.clone(), 0, &self.radii());
+        let near = GhostLayer::new(cut.clone(), 0, &radii(self.setup));
         let owners: Vec<usize> = self.bodies.iter().map(|body| near.owner(body.position)).collect();
         let send = |ranks: &mut [RankForecast], from: usize, to: usize, bytes: usize| {
             if from != to {
@@ -198,7 +201,7 @@ impl Work<'_> {
                     parts_of_blocks(cut, std::array::from_fn(|axis| self.slabs(body, cut, axis)))
                 {
                     ranks[rank].covered += part * body.covered;
-                    ranks[rank].work += part * body.cost;
+                    ranks[rank].work += part * self.cover(body);
                     if part * body.covered >= LEAST {
                         send(&mut ranks, rank, owner, PARTIAL);
                     }
@@ -218,7 +221,7 @@ impl Work<'_> {
             let second = contact.second.unwrap_or(first);
             let rank = near.evaluating_rank(of(first), of(second)).unwrap_or(owners[first]);
             ranks[rank].contacts += 1;
-            ranks[rank].work += contact.cost;
+            ranks[rank].work += self.contact(contact);
             // An engine in parts has messages of its own.
             for i in [first, second].into_iter().filter(|_| native) {
                 send(&mut ranks, rank, owners[i], substeps * PAIR_FORCE);
@@ -247,7 +250,7 @@ impl Work<'_> {
                 continue;
             }
             let numbers = numbers_across(*d, size);
-            forecast.work += numbers as f64 / 5.0 * costs::face(self.setup.plan.precision);
+            forecast.work += numbers as f64 / 5.0 * self.face();
             let peer = cut.rank_at(to);
             if peer != rank {
                 let traffic = forecast.sends.entry(peer).or_default();
@@ -260,7 +263,7 @@ impl Work<'_> {
 
     /// Messages that go to every peer whatever they hold: ghosts, contact forces and memories in each sub-step, and loads.
     fn add_peers(&self, cut: &Decomposition, ranks: &mut [RankForecast]) {
-        let radii = self.radii();
+        let radii = radii(self.setup);
         let native = self.setup.engine == EngineChoice::Native;
         let largest =
             (self.setup.templates.iter()).map(|template| template.shape.circumradius()).fold(0.0, f64::max);
@@ -279,7 +282,7 @@ impl Work<'_> {
     }
 
     /// Part of the cells of a block that are swept.
-    fn swept_part(&self, lo: [usize; 3], size: [usize; 3]) -> f64 {
+    pub(in crate::simulation) fn swept_part(&self, lo: [usize; 3], size: [usize; 3]) -> f64 {
         if self.walls.is_empty() {
             return 1.0;
         }

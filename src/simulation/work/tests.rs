@@ -8,7 +8,7 @@ use crate::simulation::{Simulation, seconds_of_files};
 use std::fmt::Write as _;
 
 /// Spheres of 8 cells in a box of 6 x 6 x 12 diameters at these centres (diameters).
-pub(super) fn spheres(periodic: bool, centres: &[[f64; 3]]) -> Setup {
+pub(in crate::simulation) fn spheres(periodic: bool, centres: &[[f64; 3]]) -> Setup {
     let mut list = String::new();
     for centre in centres {
         let [x, y, z] = centre.map(|c| c * 1e-3);
@@ -26,7 +26,7 @@ pub(super) fn spheres(periodic: bool, centres: &[[f64; 3]]) -> Setup {
 }
 
 /// A bed of 5 x 5 x 4 spheres on the floor of a closed box.
-pub(super) fn bed() -> Setup {
+pub(in crate::simulation) fn bed() -> Setup {
     let mut centres = Vec::new();
     for z in 0..4 {
         for y in 0..5 {
@@ -39,7 +39,7 @@ pub(super) fn bed() -> Setup {
 }
 
 /// Spheres all over a periodic box.
-pub(super) fn suspension() -> Setup {
+pub(in crate::simulation) fn suspension() -> Setup {
     let mut centres = Vec::new();
     for z in 0..8 {
         for y in 0..4 {
@@ -54,7 +54,7 @@ pub(super) fn suspension() -> Setup {
 #[test]
 fn the_layers_along_all_axes_have_the_same_work() {
     for setup in [bed(), suspension()] {
-        let weights = Work::of(&setup).weights();
+        let weights = Work::of(&setup).weights(&Comm::Solo);
         let total = weights.total();
         let cells = setup.domain.cell_count() as f64 * costs::cell(setup.plan.precision);
         assert!(total > cells);
@@ -99,7 +99,7 @@ fn a_sphere_is_spread_over_the_cells_that_it_covers() {
 #[test]
 fn a_suspension_is_cut_into_equal_blocks() {
     let setup = suspension();
-    let weights = Work::of(&setup).weights();
+    let weights = Work::of(&setup).weights(&Comm::Solo);
     for ranks in [2, 3, 4, 6, 8, 12, 16] {
         let cut = Decomposition::balanced(setup.domain, ranks, &weights).unwrap();
         for axis in 0..3 {
@@ -116,7 +116,7 @@ fn a_dry_box_is_cut_by_its_particles() {
     let mut setup = bed();
     setup.fluid = None;
     let work = Work::of(&setup);
-    let cut = Decomposition::balanced(setup.domain, 4, &work.weights()).unwrap();
+    let cut = Decomposition::balanced(setup.domain, 4, &work.weights(&Comm::Solo)).unwrap();
     let forecast = work.forecast(&cut);
     let particles: Vec<usize> = forecast.ranks.iter().map(|rank| rank.particles).collect();
     assert!(particles.iter().all(|n| (15..=40).contains(n)), "{particles:?}");
@@ -137,7 +137,7 @@ fn thick_walls_are_no_work_and_closed_faces_are_no_cells() {
     assert!(Work::of(&open).walls.is_empty());
     let wall = "[[walls]]\nname = \"side\"\nplane = { point = [0.04, 0, 0], normal = [-1, 0, 0] }\n";
     let half = case::from_text(&text(wall), "half", &[]).unwrap();
-    let layers = &Work::of(&half).weights().layers[0];
+    let layers = &Work::of(&half).weights(&Comm::Solo).layers[0];
     // Fluid up to 40 cells, in chunks of 16.
     let cell = costs::cell(half.plan.precision) * 64.0 * 64.0;
     for (x, layer) in layers.iter().enumerate().filter(|(x, _)| !(14..28).contains(x)) {
@@ -189,7 +189,7 @@ fn a_suspension_takes_longer_than_its_fluid_and_on_one_core_not_much_more() {
     let mut setup = suspension();
     setup.plan.threads = 1;
     let cells = setup.domain.cell_count() as f64;
-    let forecast = crate::simulation::forecast(&setup, 1).unwrap();
+    let forecast = crate::simulation::forecast(&setup, 1, CostFactors::default()).unwrap();
     let each = forecast.seconds_per_step() / cells / costs::cell(setup.plan.precision);
     assert!((1.0..4.0).contains(&each), "{each}");
     assert_eq!(time_estimate(&setup).unwrap().ranks, 1);
@@ -264,7 +264,7 @@ fn ranks_send_the_messages_and_bytes_of_the_forecast_with_the_native_and_an_exte
         }
         for ranks in [2, 4] {
             let work = Work::of(&setup);
-            let cut = Decomposition::balanced(setup.domain, ranks, &work.weights()).unwrap();
+            let cut = Decomposition::balanced(setup.domain, ranks, &work.weights(&Comm::Solo)).unwrap();
             let forecast = work.forecast(&cut);
             let sent = on_threads(ranks, |comm| {
                 let mut simulation = if is_external {

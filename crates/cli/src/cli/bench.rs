@@ -1,8 +1,8 @@
 //! `turbid bench`.
 
 use super::machine::in_bytes;
-use super::terminal::{Row, row, say, table};
-use super::{BenchArguments, load, preflight};
+use super::terminal::{Row, row, say, speaks, table};
+use super::{BenchArguments, costs, load, preflight};
 use std::fmt::Write;
 use turbid::error::Result;
 use turbid::simulation::{self, TimeEstimate};
@@ -21,6 +21,9 @@ pub(super) fn bench(arguments: &BenchArguments) -> Result<()> {
         allow_engine: arguments.allow_engine,
     };
     let report = bench::bench(&setup, &options)?;
+    if let Some(file) = arguments.calibrate.as_deref().filter(|_| speaks()) {
+        costs::write(file, &report.cost_factors)?;
+    }
     if arguments.json {
         say(&serde_json::to_string_pretty(&report).expect("a report is plain JSON"));
     } else {

@@ -1,7 +1,7 @@
 //! `turbid check`.
 
 use super::terminal::{say, table, warn};
-use super::{CheckArguments, load, preflight};
+use super::{CheckArguments, costs, load, preflight};
 use turbid::case;
 use turbid::error::Result;
 use turbid::simulation;
@@ -20,7 +20,8 @@ pub(super) fn check(arguments: &CheckArguments) -> Result<()> {
         warn(&advice);
     }
     if let Some(ranks) = arguments.ranks {
-        let forecast = simulation::forecast(&setup, ranks as usize)?;
+        let factors = arguments.costs.as_deref().map(costs::read).transpose()?;
+        let forecast = simulation::forecast(&setup, ranks as usize, factors.unwrap_or_default())?;
         say(&preflight::ranks::text(&setup, &forecast));
     }
     Ok(())

@@ -16,6 +16,13 @@ pub struct Traffic {
     pub collective: Tally,
 }
 
+impl Traffic {
+    /// Time (s) in the calls that send and wait.
+    pub fn seconds(&self) -> f64 {
+        self.halo.seconds + self.exchange.seconds + self.collective.seconds
+    }
+}
+
 /// Messages of one kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {

@@ -53,6 +53,12 @@ impl Decomposition {
         Some(Self { cuts: std::array::from_fn(|axis| weights.cut(axis, grid[axis]).0), domain, grid })
     }
 
+    /// Work of the heaviest block, with its faces.
+    pub fn heaviest(&self, weights: &Weights) -> f64 {
+        weights.heaviest_block(&self.cuts)
+            + weights.face * 2.0 * surface(self.grid, self.domain.edges(self.grid))
+    }
+
     /// The whole box as one block, for one rank.
     pub fn solo(domain: Domain) -> Self {
         Self::with_grid(domain, [1; 3])

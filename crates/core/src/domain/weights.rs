@@ -57,6 +57,26 @@ impl Weights {
         self.layers[0].iter().sum()
     }
 
+    /// Fraction of the work (with the ends of rows) that the heaviest slab between cuts of an axis has, by running sums of its layers.
+    fn heaviest(&self, axis: usize, sums: &[f64], cuts: &[usize]) -> f64 {
+        let chunk = if axis == 0 { self.chunk } else { 1 };
+        let share = |w: &[usize]| {
+            let width = w[1] - w[0];
+            (sums[w[1]] - sums[w[0]]) * (width.next_multiple_of(chunk) as f64 / width as f64)
+        };
+        cuts.windows(2).map(share).fold(0.0, f64::max) / sums[sums.len() - 1]
+    }
+
+    /// Work of the heaviest block between these cuts, without its faces.
+    pub(super) fn heaviest_block(&self, cuts: &[Vec<usize>; 3]) -> f64 {
+        let total = self.total();
+        if total <= 0.0 {
+            return 0.0;
+        }
+        let share = |axis: usize| self.heaviest(axis, &running_sums(&self.layers[axis]), &cuts[axis]);
+        (0..3).map(share).product::<f64>() * total
+    }
+
     /// Cuts of an axis into this many slabs, and the fraction of the work (with the ends of rows) that the heaviest
     /// has.
     pub(super) fn cut(&self, axis: usize, parts: usize) -> (Vec<usize>, f64) {
@@ -68,14 +88,7 @@ impl Weights {
             return (equal, 1.0 / parts as f64);
         }
         let shifted = even_out(&sums, parts);
-        let chunk = if axis == 0 { self.chunk } else { 1 };
-        let heaviest = |sums: &[f64], cuts: &[usize]| {
-            let share = |w: &[usize]| {
-                let width = w[1] - w[0];
-                (sums[w[1]] - sums[w[0]]) * (width.next_multiple_of(chunk) as f64 / width as f64)
-            };
-            cuts.windows(2).map(share).fold(0.0, f64::max) / sums[layers.len()]
-        };
+        let heaviest = |sums: &[f64], cuts: &[usize]| self.heaviest(axis, sums, cuts);
         let (of_equal, of_shifted) = (heaviest(&sums, &equal), heaviest(&sums, &shifted));
         // Twice the standard deviation relative to the mean of a slab: the heaviest of several is that far off.
         let noise = 2.0 * (parts as f64 * self.variance).sqrt() / total;

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use turbid::comm::Tally;
+use turbid::simulation::CostFactors;
 
 /// Results of `turbid bench`. The keys of its JSON are stable; `validation/scaling/README.md` says what each of them is.
 #[derive(Clone, Debug, Serialize)]
@@ -16,6 +17,7 @@ pub struct BenchReport {
     pub bandwidth_samples: Vec<f64>,
     #[serde(flatten)]
     pub costs: Costs,
+    pub cost_factors: CostFactors,
     pub conditions: Json,
     pub stages: BTreeMap<String, f64>,
     pub stages_over_ranks: BTreeMap<String, Spread>,

@@ -212,7 +212,7 @@ mod tests {
             "wear_every",
         ];
         let outputs = outputs.iter().chain(&more).map(|key| format!("output.{key}"));
-        let run = ["device", "simd", "threads"].map(|key| format!("run.{key}"));
+        let run = ["device", "load_balancing", "simd", "threads"].map(|key| format!("run.{key}"));
         assert_eq!(names, outputs.chain(run).collect::<Vec<_>>());
         assert!(!turbid::case::schema().contains("x-free"));
     }

@@ -1,14 +1,16 @@
+use crate::comm::Comm;
 use crate::dem::assign::GhostLayer;
 use crate::dem::exchange::LocalParticles;
 use crate::domain::Decomposition;
 use crate::simulation::work::Work;
+use crate::simulation::work::radii;
 use crate::simulation::work::tests::{bed, suspension};
 
 #[test]
 fn all_cells_particles_and_contacts_are_somebodys_and_ghosts_are_those_of_the_engine() {
     for setup in [bed(), suspension()] {
         let work = Work::of(&setup);
-        let weights = work.weights();
+        let weights = work.weights(&Comm::Solo);
         for ranks in [1, 2, 3, 5, 8, 12] {
             let cut = Decomposition::balanced(setup.domain, ranks, &weights).unwrap();
             let forecast = work.forecast(&cut);
@@ -21,7 +23,7 @@ fn all_cells_particles_and_contacts_are_somebodys_and_ghosts_are_those_of_the_en
             let all: f64 = work.bodies.iter().map(|body| body.covered).sum();
             assert!((covered / all - 1.0).abs() < 1e-9);
             for (rank, forecast) in forecast.ranks.iter().enumerate() {
-                let near = GhostLayer::new(cut.clone(), rank, &work.radii());
+                let near = GhostLayer::new(cut.clone(), rank, &radii(&setup));
                 let population = LocalParticles::new(&near, setup.templates.clone(), setup.particles.clone());
                 let (owned, known) = (population.store.owned, population.store.particles.len());
                 assert_eq!((forecast.particles, forecast.ghosts), (owned, known - owned));
@@ -53,7 +55,7 @@ fn a_bed_is_shared_out_better_than_by_equal_blocks() {
     let setup = bed();
     let work = Work::of(&setup);
     for ranks in 2..=8 {
-        let cut = Decomposition::balanced(setup.domain, ranks, &work.weights()).unwrap();
+        let cut = Decomposition::balanced(setup.domain, ranks, &work.weights(&Comm::Solo)).unwrap();
         let balanced = work.forecast(&cut);
         let equal = work.forecast(&Decomposition::with_grid(setup.domain, [1, 1, ranks]));
         // Cuts go through the whole box, and covered cells are dear: 8 ranks reach 0.83.

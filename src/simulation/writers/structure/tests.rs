@@ -1,6 +1,5 @@
 use super::*;
 use crate::case::from_text;
-use crate::domain::Decomposition;
 use crate::simulation::Simulation;
 
 /// A case of one kind of particle at places of its own, in a dry box of 12 mm.
@@ -27,8 +26,7 @@ list = [{list}]
 fn totals(setup: &Setup) -> (StructureWriter<'_>, Totals) {
     let writer = StructureWriter::of(setup).unwrap();
     let mut simulation = Simulation::solo(setup).unwrap();
-    let cut = Decomposition::solo(setup.domain);
-    let sums = writer.sums(&mut RankState::new(&mut simulation, &cut));
+    let sums = writer.sums(&mut RankState::new(&mut simulation));
     let totals = Totals::of(sums, simulation.comm());
     (writer, totals)
 }

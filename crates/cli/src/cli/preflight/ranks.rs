@@ -21,7 +21,11 @@ pub(in crate::cli) fn text(setup: &Setup, forecast: &Forecast) -> String {
         vec![
             "  efficiency".into(),
             percent(forecast.efficiency()),
-            "with 2 us per message and 10 GB/s, nothing hidden behind work".into(),
+            format!(
+                "with {:.2} us per message and {:.1} GB/s, nothing hidden behind work",
+                1e6 * forecast.message[0],
+                1e-9 / forecast.message[1]
+            ),
         ],
         vec![
             "  start".into(),
