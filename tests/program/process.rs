@@ -172,20 +172,20 @@ fn an_engine_in_two_and_three_processes_moves_the_particles_as_one_does_and_resu
 }
 
 #[test]
-fn one_of_several_processes_that_dies_stalls_or_errs_ends_the_run_with_its_number() {
+fn one_of_four_processes_that_dies_stalls_or_errs_ends_the_run_with_its_number() {
     for (fault, code, expected) in [
-        ("sys.exit(5)", 3, &["part 2 of 2", "exit code 5"][..]),
-        ("time.sleep(1000)", 3, &["part 2 of 2", "has not answered for 1.0 s"]),
+        ("sys.exit(5)", 3, &["part 2 of 4", "exit code 5"][..]),
+        ("time.sleep(1000)", 3, &["part 2 of 4", "has not answered for 1.0 s"]),
         ("protocol.exchange({})", 3, &["sent the message `exchange`, and another part did not"]),
         (
             "protocol.exchange({9: b''} if self.part == 1 else {})",
             3,
-            &["part 2 of 2", "message `exchange`: field `part`"],
+            &["part 2 of 4", "message `exchange`: field `part`"],
         ),
         ("self.spheres.pop()", 3, &["24 records for 25 particles; particle", "is lost"]),
         ("self.spheres[0][0] += 100", 3, &["message `states`: particle 1"]),
         ("self.spheres.append(self.spheres[0])", 3, &["for the second time"]),
-        ("self.spheres[0][X][1] = math.nan", 3, &["part 2 of 2", "field `position`"]),
+        ("self.spheres[0][X][1] = math.nan", 3, &["part 2 of 4", "field `position`"]),
     ] {
         let place = in_parts(100_000);
         let who = if fault.contains("else") { "True" } else { "self.part == 1" };
@@ -197,9 +197,9 @@ fn one_of_several_processes_that_dies_stalls_or_errs_ends_the_run_with_its_numbe
             ),
         );
         place.write("python/parts.py", text);
-        let command = "dem.engine={ command = [\"python3\", \"parts.py\"], timeout = 1, processes = 2 }";
+        let command = "dem.engine={ command = [\"python3\", \"parts.py\"], timeout = 1, processes = 4 }";
         let run =
-            ["run", "python/case.toml", "--allow-engine", "--quiet", "--threads", "2", "--set", command];
+            ["run", "python/case.toml", "--allow-engine", "--quiet", "--threads", "4", "--set", command];
         let said = place.ends(code, &run);
         has(&said, expected);
         assert_eq!(said.matches("error:").count(), 1, "{said}");

@@ -114,11 +114,12 @@ def child(work):
     with os.fdopen(read) as pipe:
         return json.loads(pipe.read())
 
-def settled(size):
+def settled(size, steps=60000):
+    """Spheres that lie in a box of 24 x 24 x 31 diameters."""
     spheres, _ = lattice([20, 20, 25], 1.2 * DIAMETER, 3)
     lammps = Lammps(spheres, size, True)
     lammps.command(f"fix drag all viscous {MASS / 0.01!r}")
-    lammps.run(60000)
+    lammps.run(steps)
     return lammps.spheres()
 
 def start(name):
@@ -163,4 +164,5 @@ def main():
         speeds = ", ".join(f"{min(times[0]) / min(mine):.2f}" for mine in times[1:])
         print(f"| {name} | {len(spheres)} | {contacts} |", " | ".join(map(best, times)), f"| {speeds} |", flush=True)
 
-main()
+if __name__ == "__main__":
+    main()
