@@ -53,6 +53,11 @@ impl Camera {
         [x + self.centre[0], y + self.centre[1], near]
     }
 
+    /// A place on the page from where the camera looks.
+    pub(super) fn off_middle(&self, [x, y]: [f32; 2]) -> Vector {
+        [x - self.centre[0], y - self.centre[1], 0.0]
+    }
+
     /// The point that is seen at a [place](Self::place).
     pub(super) fn point(&self, [x, y, near]: Vector) -> Vector {
         let [right, down] = [x - self.centre[0], y - self.centre[1]].map(|x| x / (near * self.focus));

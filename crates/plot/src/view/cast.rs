@@ -21,6 +21,8 @@ const SHINE: f32 = 0.07;
 /// Least light on a picture in space, so that its colours can be read, and on what shades nothing.
 const READABLE: f32 = 0.72;
 const BRIGHT: f32 = 0.5;
+/// Factor on the nearness of a ball by which rounding cannot bring a point of it nearer.
+const ROUNDED: f32 = 1.000_01;
 /// Least opacity of what is seen through bodies.
 const FAINT: f32 = 0.12;
 
@@ -30,6 +32,15 @@ pub(super) struct Cast<'a> {
     pub(super) lights: Lights,
     /// Depth behind a surface at which what is seen through it has half its colour.
     pub(super) depth: f32,
+}
+
+/// Pixels that an item may reach, and the largest nearness that a point of it may have.
+#[derive(Clone, Debug)]
+struct Reach {
+    rows: Range<u32>,
+    columns: Range<u32>,
+    nearest: f32,
+    number: usize,
 }
 
 /// Content of a sample: nearness, item and triangle.
@@ -71,31 +82,31 @@ impl Cast<'_> {
         bands.concat()
     }
 
-    /// The rows that each item may reach, those of the nearest items first: what is behind them is passed over sooner.
-    fn in_order(&self, items: &[Item]) -> Vec<(Range<u32>, usize)> {
-        let mut order: Vec<(u32, Range<u32>, usize)> = Vec::with_capacity(items.len());
+    /// The items, the nearest first: what is behind them is passed over sooner.
+    fn in_order(&self, items: &[Item]) -> Vec<Reach> {
+        let mut order: Vec<(u32, Reach)> = Vec::with_capacity(items.len());
         for (number, item) in items.iter().enumerate() {
             let mesh = &self.meshes[item.mesh];
             let (centre, radius) = item.ball(mesh);
-            let [_, y, near] = self.camera.place(centre);
+            let [x, y, near] = self.camera.place(centre);
             // Of a small ball its outline; of a large one all rows.
             let reach = radius * near;
             let half = if reach < 0.2 { 1.1 * reach * self.camera.focus + 2.0 } else { f32::INFINITY };
-            let rows = (y - half).max(0.0) as u32..(y + half).max(0.0) as u32;
-            order.push(((near + reach * near).max(0.0).to_bits(), rows, number));
+            // Away from the middle of the page an outline is longer.
+            let (tangents, focus) = (self.camera.off_middle([x, y]), self.camera.focus);
+            let wide = half * (1.0 + dot(tangents, tangents) / (focus * focus));
+            let pixels = |at: f32| (at - wide).max(0.0) as u32..(at + wide).max(0.0) as u32;
+            // Nearness is the inverse of a distance.
+            let nearest = if reach < 0.2 { ROUNDED * near / (1.0 - reach) } else { f32::INFINITY };
+            let reach = Reach { rows: pixels(y), columns: pixels(x), nearest, number };
+            order.push(((near + radius * near * near).max(0.0).to_bits(), reach));
         }
-        order.sort_by_key(|&(near, _, number)| (Reverse(near), number));
-        order.into_iter().map(|(_, rows, number)| (rows, number)).collect()
+        order.sort_by_key(|(near, reach)| (Reverse(*near), reach.number));
+        order.into_iter().map(|(_, reach)| reach).collect()
     }
 
     /// The samples of some rows; none where there are no items.
-    fn band(
-        &self,
-        items: &[Item],
-        order: &[(Range<u32>, usize)],
-        width: u32,
-        rows: &Range<u32>,
-    ) -> Vec<Sample> {
+    fn band(&self, items: &[Item], order: &[Reach], width: u32, rows: &Range<u32>) -> Vec<Sample> {
         if items.is_empty() {
             return Vec::new();
         }
@@ -103,8 +114,23 @@ impl Cast<'_> {
         let (columns, lines) = (0..width * FINER, rows.start * FINER..rows.end * FINER);
         let mut samples = vec![EMPTY; (columns.end * (lines.end - lines.start)) as usize];
         let mut places = Vec::new();
-        for (reach, number) in order {
-            if reach.end < rows.start || reach.start > rows.end {
+        for Reach { rows: own, columns: across, nearest, number } in order {
+            if own.end < rows.start || own.start > rows.end {
+                continue;
+            }
+            let finer = |pixels: &Range<u32>, within: &Range<u32>| {
+                let [start, end] =
+                    [pixels.start, pixels.end.saturating_add(1)].map(|at| at.saturating_mul(FINER));
+                start.clamp(within.start, within.end)..end.clamp(within.start, within.end)
+            };
+            let across = finer(across, &columns);
+            let mut own = finer(own, &lines);
+            let is_behind = own.all(|line| {
+                let first = ((line - lines.start) * columns.end) as usize;
+                let line = &samples[first + across.start as usize..first + across.end as usize];
+                line.iter().all(|sample| sample.near > *nearest)
+            });
+            if is_behind {
                 continue;
             }
             let (item, mesh) = (&items[*number], &self.meshes[items[*number].mesh]);
@@ -259,5 +285,33 @@ impl Item {
         let (lo, hi) = (half(f32::min, f32::INFINITY), half(f32::max, f32::NEG_INFINITY));
         let longest = self.axes.iter().map(|&axis| length(axis)).fold(0.0, f32::max);
         (self.place(scale(add(lo, hi), 0.5)), 0.5 * longest * length(sub(hi, lo)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{heap, view};
+    use super::*;
+
+    #[test]
+    fn a_sample_shows_the_nearest_of_all_bodies_though_most_are_passed_over() {
+        let items = heap();
+        let scene = view(items.clone());
+        let camera = scene.camera();
+        let lights = Lights::new(&scene.meshes, &items, (scene.up, camera), ([5.0; 3], 9.0), 1);
+        let cast = Cast { camera, meshes: &scene.meshes, lights, depth: 1.0 };
+        let (width, rows) = (400, 170..230);
+        let whole = cast.band(&items, &cast.in_order(&items), width, &rows);
+        let mut nearest = vec![EMPTY; whole.len()];
+        for reach in cast.in_order(&items) {
+            let alone = cast.band(&items, std::slice::from_ref(&reach), width, &rows);
+            for (sample, own) in nearest.iter_mut().zip(alone) {
+                if own.near > sample.near {
+                    *sample = own;
+                }
+            }
+        }
+        let content = |of: &Sample| (of.near.to_bits(), of.item, of.triangle);
+        assert!(whole.iter().map(content).eq(nearest.iter().map(content)));
     }
 }

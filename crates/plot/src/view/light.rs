@@ -22,6 +22,8 @@ const SUN_WIDTH: f32 = 0.06;
 const SUN_CELLS: u32 = 640;
 /// Cells by which what shades is nearer to the light, since a map is coarse.
 const SLACK: f32 = 1.5;
+/// Part of a distance by which rounding cannot bring a point nearer.
+const ROUNDED: f32 = 1e-5;
 /// Cosine and sine of the golden angle, which spreads directions evenly.
 const GOLDEN: [f32; 2] = [-0.737_368_9, 0.675_490_3];
 
@@ -143,8 +145,16 @@ impl Light {
         let (columns, rows) = (light.columns.clone(), light.rows.clone());
         light.map = vec![(f32::NEG_INFINITY, u32::MAX); columns.len() * rows.len()];
         let mut points = Vec::new();
-        for (number, item) in items.iter().enumerate() {
-            let Some(mesh) = item.shade.map(|mesh| &meshes[mesh]) else { continue };
+        // The nearest first: what is behind them is passed over.
+        let shading = items.iter().enumerate().filter_map(|(number, item)| Some((number, item, item.shade?)));
+        let mut order: Vec<_> =
+            shading.zip(balls).map(|(of, ball)| (light.place(ball.0)[2], ball, of)).collect();
+        order.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
+        for (_, ball, (number, item, mesh)) in order {
+            if light.hides(ball) {
+                continue;
+            }
+            let mesh = &meshes[mesh];
             points.clear();
             points.extend(mesh.points.iter().map(|&point| light.place(item.place(point))));
             for triangle in &mesh.triangles {
@@ -154,14 +164,31 @@ impl Light {
                     fill(&corners, &columns, &rows, |x, y, near| {
                         let cell = &mut light.map
                             [light.columns.len() * (y - rows.start) as usize + (x - columns.start) as usize];
-                        if near > cell.0 {
-                            *cell = (near, number as u32);
+                        let number = number as u32;
+                        if near > cell.0 || (near >= cell.0 && number < cell.1) {
+                            *cell = (near, number);
                         }
                     });
                 }
             }
         }
         light
+    }
+
+    /// True if nothing in a ball is nearer to the light than what the map has there: most of many bodies.
+    fn hides(&self, (centre, radius): &(Vector, f32)) -> bool {
+        let [x, y, near] = self.place(*centre);
+        let (reach, nearest) = (radius * self.scale, near + radius + ROUNDED * (near.abs() + radius));
+        let cells = |at: f32, within: &Range<u32>| {
+            let clamped = |x: f32| x.clamp(within.start as f32, within.end as f32) as u32;
+            clamped(at - reach - 1.0)..clamped(at + reach + 2.0)
+        };
+        let (columns, width) = (cells(x, &self.columns), self.columns.len());
+        cells(y, &self.rows).all(|row| {
+            let start = width * (row - self.rows.start) as usize;
+            let at = |column: u32| start + (column - self.columns.start) as usize;
+            self.map[at(columns.start)..at(columns.end)].iter().all(|(found, _)| *found > nearest)
+        })
     }
 
     /// Column, row, and distance towards the light.
@@ -180,5 +207,45 @@ impl Light {
         let (row, column) = (y as u32 - self.rows.start, x as u32 - self.columns.start);
         let (nearest, number) = self.map[self.columns.len() * row as usize + column as usize];
         number == item || nearest <= near + SLACK / self.scale
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{heap, view};
+    use super::*;
+
+    #[test]
+    fn a_map_has_the_nearest_of_all_bodies_though_most_are_passed_over() {
+        let items = heap();
+        let scene = view(items.clone());
+        let ball = ([5.0; 3], 9.0);
+        let lights = |items: &[Item]| Lights::new(&scene.meshes, items, (scene.up, scene.camera()), ball, 1);
+        let all = lights(&items);
+        let some: Vec<(usize, &Light)> = all.sky.iter().chain(&all.sun).enumerate().step_by(17).collect();
+        let mut nearest: Vec<_> =
+            some.iter().map(|(_, whole)| vec![(f32::NEG_INFINITY, u32::MAX); whole.map.len()]).collect();
+        let mut passed_over = vec![0; some.len()];
+        for (number, item) in items.iter().enumerate() {
+            let alone = lights(std::slice::from_ref(item));
+            let alone: Vec<&Light> = alone.sky.iter().chain(&alone.sun).collect();
+            for (k, (n, whole)) in some.iter().enumerate() {
+                passed_over[k] += usize::from(whole.hides(&item.ball(&scene.meshes[0])));
+                let alone = alone[*n];
+                for (y, row) in alone.rows.clone().zip(alone.map.chunks_exact(alone.columns.len())) {
+                    for (x, (near, _)) in alone.columns.clone().zip(row) {
+                        let line = whole.columns.len() * (y - whole.rows.start) as usize;
+                        let cell = &mut nearest[k][line + (x - whole.columns.start) as usize];
+                        if *near > cell.0 {
+                            *cell = (*near, number as u32);
+                        }
+                    }
+                }
+            }
+        }
+        for (((n, whole), nearest), passed_over) in some.iter().zip(&nearest).zip(&passed_over) {
+            assert!(whole.map == *nearest, "direction {n}");
+            assert!(*passed_over > 50, "direction {n}: {passed_over}");
+        }
     }
 }

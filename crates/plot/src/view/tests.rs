@@ -19,13 +19,13 @@ fn octahedron() -> Mesh {
     Mesh { triangles: triangles.collect(), points, open: false }
 }
 
-fn body(at: [f32; 3], size: f32, colour: [u8; 3]) -> Item {
+pub(super) fn body(at: [f32; 3], size: f32, colour: [u8; 3]) -> Item {
     let axes = [[size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
     Item { mesh: 0, shade: Some(0), axes, at, paint: Paint::Solid(colour) }
 }
 
 /// A box of length 10 seen along y.
-fn view(items: Vec<Item>) -> View {
+pub(super) fn view(items: Vec<Item>) -> View {
     View {
         title: "test".into(),
         caption: String::new(),
@@ -174,4 +174,15 @@ fn any_number_of_threads_draws_the_same_picture() {
         view.threads = threads;
         assert!(view.figure().encode(crate::Format::Png) == one, "{threads}");
     }
+}
+
+/// A heap of bodies of all sizes, most of them behind others from any side.
+pub(super) fn heap() -> Vec<Item> {
+    let part = |n: u32, k: u32| (n * k % 997) as f32 / 997.0;
+    (0..400)
+        .map(|n| {
+            let at = [1.0 + 8.0 * part(n, 7), 1.0 + 8.0 * part(n, 131), 1.0 + 8.0 * part(n, 577)];
+            body(at, 0.3 + 1.5 * part(n, 89), RED)
+        })
+        .collect()
 }
