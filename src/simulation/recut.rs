@@ -41,6 +41,7 @@ const FACTORS: [f64; 2] = [0.05, 20.0];
 /// Time (s) that a rank has worked in its steps, waiting excluded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Busy {
+    /// In whole steps.
     pub(super) all: f64,
     /// With motion and contacts of the particles.
     pub(super) particles: f64,
@@ -101,7 +102,7 @@ impl<'a> Balance<'a> {
         simulation.timings.add("cut", seconds[0]);
         simulation.comm.max(&mut seconds);
         (self.lost, self.price) = (0.0, Some(seconds[0]));
-        self.swept = swept(self.setup, simulation);
+        self.swept.1 = swept_part(&Work::of_walls(self.setup), simulation);
         Ok(true)
     }
 
@@ -176,8 +177,12 @@ impl Simulation {
 
 /// Cells of the box that are swept, and the part of those of the block of this rank.
 fn swept(setup: &Setup, simulation: &Simulation) -> (Swept, f64) {
-    let work = Work::now(setup, simulation, Swept::default());
-    (Rc::new(work.count_swept()), work.swept_part(simulation.block.lo, simulation.block.size()))
+    let walls = Work::of_walls(setup);
+    (Rc::new(walls.count_swept()), swept_part(&walls, simulation))
+}
+
+fn swept_part(walls: &Work, simulation: &Simulation) -> f64 {
+    walls.swept_part(simulation.block.lo, simulation.block.size())
 }
 
 /// Costs of this machine over those that are built in, from what all ranks have worked.

@@ -110,15 +110,6 @@ impl Simulation {
     }
 }
 
-/// State of a rank on its way to new blocks.
-struct Moving {
-    driving: SavedDriving,
-    record: Option<Record>,
-    states: States,
-    /// First plane, and by the rank that sends them all cells of some planes that its block and the new one of this rank have in common.
-    cells: Vec<(usize, Routed)>,
-}
-
 /// Bytes of cells that a rank sends to another at a time, about: MPI counts up to 2^31.
 const MOST_AT_ONCE: usize = if cfg!(test) { 1 << 18 } else { 1 << 28 };
 
@@ -131,12 +122,9 @@ impl Simulation {
         let (comm, rank) = (self.comm.clone(), self.comm.rank());
         let SavedState { engine: particles, coupling, driving } = checkpoint::agreed(&comm, self.save())?;
         let part = |bytes| SavedParts { own: vec![(rank, bytes)], count: comm.size() };
-        let moving = Moving {
-            driving,
-            record: self.record.tells().then(|| self.record.clone()),
-            states: [part(particles), part(coupling)],
-            cells: self.exchange_cells(&cut),
-        };
+        let record = self.record.tells().then(|| self.record.clone());
+        let states = [part(particles), part(coupling)];
+        let received = self.exchange_cells(&cut);
         let before = std::mem::replace(&mut self.cut, cut);
         self.block = self.cut.block(rank);
         self.dem = Box::new(engine::native(setup, &self.cut, rank)?);
@@ -146,19 +134,18 @@ impl Simulation {
             self.system = Some(FluidSystem::new(setup, of, &self.cut, &comm, self.dem.particles())?);
         }
         let bytes = self.saved_bytes();
-        let restored =
-            self.restore(self.step, (moving.driving, moving.record), &moving.states, |block, visit| {
-                for (first, (from, cells)) in moving.cells {
-                    let Some(mut piece) = block.common(&before.block(from)) else { continue };
-                    let planes = piece.lo[2].max(first)..piece.hi[2];
-                    let plane = piece.cell_count() / piece.size()[2] * bytes;
-                    for (z, bytes) in planes.zip(cells.chunks_exact(plane)) {
-                        (piece.lo[2], piece.hi[2]) = (z, z + 1);
-                        visit(piece, bytes).map_err(Error::Input)?;
-                    }
+        let restored = self.restore(self.step, (driving, record), &states, |block, visit| {
+            for (first, (from, cells)) in received {
+                let Some(mut piece) = block.common(&before.block(from)) else { continue };
+                let planes = piece.lo[2].max(first)..piece.hi[2];
+                let plane = piece.cell_count() / piece.size()[2] * bytes;
+                for (z, bytes) in planes.zip(cells.chunks_exact(plane)) {
+                    (piece.lo[2], piece.hi[2]) = (z, z + 1);
+                    visit(piece, bytes).map_err(Error::Input)?;
                 }
-                Ok(())
-            });
+            }
+            Ok(())
+        });
         checkpoint::agreed(&comm, restored)
     }
 

@@ -169,6 +169,11 @@ impl<'a> Work<'a> {
         }
     }
 
+    /// Of the walls alone.
+    pub(super) fn of_walls(setup: &'a Setup) -> Self {
+        Self::among(setup, (&[], 0), PairFinder::new(setup.domain), Swept::default())
+    }
+
     /// Of the particles as they are in a run, those of this rank; cells are swept as at the start.
     pub(super) fn now(setup: &'a Setup, simulation: &Simulation, swept: Swept) -> Self {
         let store = simulation.dem().particles();
