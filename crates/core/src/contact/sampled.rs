@@ -109,6 +109,15 @@ fn chords(sides: &[Side; 2], line: &Line, from: f64, to: f64, precision: f64) ->
     chords
 }
 
+/// Contributions of the ends of a line's overlaps to the area vector of the first side, as [`Chord::own`].
+fn own_ends(sides: &[Side; 2], line: &Line, from: f64, to: f64, precision: f64) -> f64 {
+    if let [Some(first), Some(second)] = [sides[0].quick(line), sides[1].quick(line)] {
+        return side::own_ends(&first, &second, [from, to], precision);
+    }
+    let overlaps = chords(sides, line, from, to, precision).into_iter().filter(|chord| chord.gap > 0.0);
+    overlaps.map(|chord| chord.own).sum()
+}
+
 /// Sums over the lines, in coordinates of the frame.
 #[derive(Default)]
 struct Sums {
@@ -224,14 +233,10 @@ fn add_across(sides: &[Side; 2], frame: &Frame, axis: usize, n: usize, precision
             let mut from = Vec3::zeros();
             (from[i], from[j]) = (middle(frame, i, a, n), middle(frame, j, b, n));
             let line = Line { from: frame.point(from), along: frame.axis(axis) };
-            for chord in chords(sides, &line, frame.lo[axis], frame.hi[axis], precision) {
-                if chord.gap > 0.0 {
-                    let own = section * chord.own;
-                    sums.area[axis] += own;
-                    sums.levers[(i, axis)] += own * from[i];
-                    sums.levers[(j, axis)] += own * from[j];
-                }
-            }
+            let own = section * own_ends(sides, &line, frame.lo[axis], frame.hi[axis], precision);
+            sums.area[axis] += own;
+            sums.levers[(i, axis)] += own * from[i];
+            sums.levers[(j, axis)] += own * from[j];
         }
     }
 }

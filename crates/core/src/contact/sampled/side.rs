@@ -157,11 +157,10 @@ impl<'a> Side<'a> {
     /// there. Ends are right to `precision` (m), or far better.
     pub(super) fn intervals(&self, line: &Line, from: f64, to: f64, precision: f64) -> Intervals {
         match self {
-            Self::Body { chords: Some(chords), to_body, centre, shape, growth, .. } => {
-                let line = Line { from: to_body * (line.from - centre), along: to_body * line.along };
-                [chords.within(&line, (*shape, *growth), [from, to], precision), None]
-            }
             Self::Body { .. } => {
+                if let Some(quick) = self.quick(line) {
+                    return [quick.within([from, to], precision), None];
+                }
                 let enter = self.approach(line, from, 1.0, precision);
                 if enter == Approach::Missed {
                     return [None; 2];
@@ -178,6 +177,16 @@ impl<'a> Side<'a> {
             }
             Self::Wall(surface) => wall_intervals(surface, line),
         }
+    }
+
+    /// A line seen from a body that has a quick way to its chords.
+    #[inline]
+    pub(super) fn quick(&self, line: &Line) -> Option<Quick<'_>> {
+        let Self::Body { chords: Some(chords), to_body, centre, shape, growth, .. } = self else {
+            return None;
+        };
+        let line = Line { from: to_body * (line.from - centre), along: to_body * line.along };
+        Some(Quick { chords, line, shape: *shape, growth: *growth })
     }
 
     /// The secant method from `start` along the line (`sign` 1) or back. The distance to a convex body is convex
@@ -214,6 +223,8 @@ pub(super) enum Chords {
         inner: Vec3,
         /// Squares of the semi-axes of the one that has grown (m^2).
         squares: Vec3,
+        /// Their inverses (1/m^2).
+        inverse: Vec3,
         /// Least radius of curvature of its surface (m).
         roundness: f64,
     },
@@ -240,69 +251,119 @@ impl Chords {
             ((semi_axes.max() * semi_axes.min()).sqrt(), semi_axes.component_mul(&semi_axes));
         let outer = Ellipsoid::around(squares, growth, mean).map(|square| square.sqrt().recip());
         let inner = semi_axes.map(|axis| (axis + growth).recip());
-        Some(Self::GrownEllipsoid { outer, inner, squares, roundness: squares.min() / semi_axes.max() })
+        let (inverse, roundness) = (squares.map(f64::recip), squares.min() / semi_axes.max());
+        Some(Self::GrownEllipsoid { outer, inner, squares, inverse, roundness })
     }
 
-    /// Part of a line inside the body, in its own frame, as [`Side::intervals`]: from the ends of the longer chord, or from those of the
-    /// part of interest, Newton's method, which never passes the surface.
-    fn within(
-        &self,
-        line: &Line,
-        (shape, growth): (&dyn Shape, f64),
-        [from, to]: [f64; 2],
-        precision: f64,
-    ) -> Option<(f64, f64)> {
-        let (enter, leave) = match self {
-            Self::Ellipsoid(inverse) => return of_ellipsoid(inverse, line),
-            Self::GrownEllipsoid { outer, .. } => of_ellipsoid(outer, line)?,
+    /// The chord of the sphere or ellipsoid that holds the body, in its frame.
+    #[inline]
+    fn around(&self, line: &Line) -> Option<[f64; 2]> {
+        match self {
+            Self::Ellipsoid(inverse) | Self::GrownEllipsoid { outer: inverse, .. } => {
+                of_ellipsoid(inverse, line)
+            }
             Self::Gauge { reach } => {
                 let middle = -line.from.dot(&line.along);
                 let square = reach * reach - (line.from + line.along * middle).norm_squared();
-                let half = square.max(0.0).sqrt();
-                (middle - half, middle + half)
+                (square > 0.0).then(|| [middle - square.sqrt(), middle + square.sqrt()])
             }
-        };
+        }
+    }
+}
+
+/// A line in the frame of a body that has a quick way to its chords.
+pub(super) struct Quick<'a> {
+    chords: &'a Chords,
+    line: Line,
+    shape: &'a dyn Shape,
+    growth: f64,
+}
+
+impl Quick<'_> {
+    /// Part of the line inside the body, as [`Side::intervals`]: from the ends of the longer chord, or from those of the part of interest.
+    #[inline]
+    fn within(&self, [from, to]: [f64; 2], precision: f64) -> Option<(f64, f64)> {
+        let [enter, leave] = self.chords.around(&self.line)?;
+        if let Chords::Ellipsoid(_) = self.chords {
+            return Some((enter, leave));
+        }
         let (low, high) = (from.max(enter), to.min(leave));
         if low >= high {
             return None;
         }
-        if growth == 0.0 {
-            let end = |start, far| {
-                newton(line, [start, far], |at| {
-                    let (gauge, gradient) = shape.gauge(at)?;
-                    Some((gauge - 1.0, gradient.dot(&line.along), precision * gradient.norm()))
-                })
-            };
-            let enter = end(low, high)?;
-            return Some((enter, end(high, enter)?));
+        let enter = self.end(low, high, precision)?;
+        Some((enter, self.end(high, enter, precision)?))
+    }
+
+    /// The first point of the body on the way from a point of the longer chord to another, by Newton's method, which never passes the
+    /// surface.
+    #[inline]
+    fn end(&self, start: f64, far: f64, precision: f64) -> Option<f64> {
+        match self.chords {
+            Chords::Ellipsoid(_) => Some(start),
+            Chords::GrownEllipsoid { inner, .. }
+                if self.line.at(start).component_mul(inner).norm_squared() <= 1.0 =>
+            {
+                Some(start)
+            }
+            _ => self.search(start, far, precision),
         }
-        let end = |start: f64, far: f64| {
-            let at = line.at(start);
-            let (foot, roundness) = if let Self::GrownEllipsoid { outer, inner, squares, roundness } = self {
-                if at.component_mul(inner).norm_squared() <= 1.0 {
-                    return Some(start);
-                }
-                let normal = at.component_mul(outer).component_mul(outer);
-                let pull = normal.component_mul(squares);
-                // The foot with the normal of the outer ellipsoid.
-                let at = pull * normal.dot(&pull).sqrt().recip();
-                (Foot { at, normal: normal * normal.norm().recip() }, *roundness)
-            } else {
-                let foot = Foot::below(shape, at)?;
-                if foot.normal.dot(&at) <= foot.normal.dot(&foot.at) {
-                    return Some(start);
-                }
-                (foot, 0.0)
-            };
-            to_grown(line, [start, far], (shape, growth, roundness), foot, precision)
+    }
+
+    fn search(&self, start: f64, far: f64, precision: f64) -> Option<f64> {
+        let Self { chords, line, shape, growth } = self;
+        if *growth == 0.0 {
+            return newton(line, [start, far], |at| {
+                let (gauge, gradient) = shape.gauge(at)?;
+                Some((gauge - 1.0, gradient.dot(&line.along), precision * gradient.norm()))
+            });
+        }
+        let at = line.at(start);
+        if let Chords::GrownEllipsoid { outer, squares, inverse, roundness, .. } = chords {
+            let normal = at.component_mul(outer).component_mul(outer);
+            // The foot with the normal of the outer ellipsoid.
+            let foot = Foot::of_ellipsoid(normal, normal.component_mul(squares));
+            let below = |point: Vec3| Some(Foot::of_ellipsoid(point.component_mul(inverse), point));
+            return to_grown(line, [start, far], (*shape, *growth, *roundness), foot, precision, below);
+        }
+        let below = |point: Vec3| {
+            let (gauge, gradient) = shape.gauge(point)?;
+            Some(Foot { at: point / gauge, normal: gradient / gradient.norm() })
         };
-        let enter = end(low, high)?;
-        Some((enter, end(high, enter)?))
+        let foot = below(at)?;
+        if foot.normal.dot(&at) <= foot.normal.dot(&foot.at) {
+            return Some(start);
+        }
+        to_grown(line, [start, far], (*shape, *growth, 0.0), foot, precision, below)
     }
 }
 
+/// Contribution of the ends of a line's overlap to the area vector of the first of two bodies: 1 if it leaves through that, less 1 if it
+/// enters through it; nothing where the line is cut off, at `from` or `to`.
+pub(super) fn own_ends(first: &Quick, second: &Quick, [from, to]: [f64; 2], precision: f64) -> f64 {
+    let ends = || -> Option<f64> {
+        let [own, other] = [first.chords.around(&first.line)?, second.chords.around(&second.line)?];
+        let (low, high) = (own[0].max(other[0]).max(from), own[1].min(other[1]).min(to));
+        // The end of the second body is searched for from that of the first, and is that of the first if it stays there.
+        let end = |start: f64, far: f64, is_chord_of_first: bool| {
+            let of_first = first.end(start, far, precision)?;
+            let of_both = second.end(of_first, far, precision)?;
+            let stays = |at: f64, end: f64| at.to_bits() == end.to_bits();
+            Some((of_both, stays(of_first, of_both) && (is_chord_of_first || !stays(start, of_first))))
+        };
+        if low >= high {
+            return None;
+        }
+        let (enter, enters) = end(low, high, own[0] > other[0].max(from))?;
+        let (leave, leaves) = end(high, enter, own[1] < other[1].min(to))?;
+        (enter < leave).then(|| f64::from(u8::from(leaves)) - f64::from(u8::from(enters)))
+    };
+    ends().unwrap_or(0.0)
+}
+
 /// The chord of an ellipsoid: stretched, the line has one in the unit sphere.
-fn of_ellipsoid(inverse: &Vec3, line: &Line) -> Option<(f64, f64)> {
+#[inline]
+fn of_ellipsoid(inverse: &Vec3, line: &Line) -> Option<[f64; 2]> {
     let [origin, along] = [line.from, line.along].map(|v| v.component_mul(inverse));
     let square = along.norm_squared();
     let middle = -origin.dot(&along) / square;
@@ -311,7 +372,7 @@ fn of_ellipsoid(inverse: &Vec3, line: &Line) -> Option<(f64, f64)> {
         return None;
     }
     let half = (left / square).sqrt();
-    Some((middle - half, middle + half))
+    Some([middle - half, middle + half])
 }
 
 /// A point of a surface, and the normal there.
@@ -321,10 +382,13 @@ struct Foot {
 }
 
 impl Foot {
-    /// The point of the surface of a body with a gauge on the way from a point to the centre.
-    fn below(shape: &dyn Shape, point: Vec3) -> Option<Self> {
-        let (gauge, gradient) = shape.gauge(point)?;
-        Some(Self { at: point / gauge, normal: gradient / gradient.norm() })
+    /// The point of an ellipsoid whose normal has a direction, with the `product` of this and the squares of the semi-axes.
+    #[inline]
+    fn of_ellipsoid(direction: Vec3, product: Vec3) -> Self {
+        // One division for both.
+        let (length, reach) = (direction.norm(), direction.dot(&product).sqrt());
+        let inverse = (length * reach).recip();
+        Self { at: product * (length * inverse), normal: direction * (reach * inverse) }
     }
 }
 
@@ -332,13 +396,14 @@ impl Foot {
 ///
 /// A step ends at the plane that touches the grown body above a foot on the surface: it holds the body. It has arrived in the ball that
 /// touches that plane from within, of the radius of the growth and the least one of curvature, `roundness` (m), if known. The next foot is
-/// that of the centre of the ball of growth that touches the plane where the step ends.
+/// that on the way to the centre from the middle of the ball of growth that touches the plane where the step ends (`below`).
 fn to_grown(
     line: &Line,
     [start, end]: [f64; 2],
     (shape, growth, roundness): (&dyn Shape, f64, f64),
     mut foot: Foot,
     precision: f64,
+    below: impl Fn(Vec3) -> Option<Foot>,
 ) -> Option<f64> {
     let mut t = start;
     for _ in 0..PLANES {
@@ -357,7 +422,7 @@ fn to_grown(
         if (arm + foot.normal * roundness).norm_squared() <= radius * radius {
             return Some(t);
         }
-        foot = Foot::below(shape, line.at(t) - foot.normal * growth)?;
+        foot = below(line.at(t) - foot.normal * growth)?;
     }
     newton(line, [t, end], |at| {
         let (distance, gradient) = shape.distance_and_gradient(at);

@@ -564,6 +564,48 @@ fn the_interval_of_a_line_ends_on_the_surface() {
     }
 }
 
+#[test]
+fn lines_enter_and_leave_through_the_body_that_their_whole_chords_say() {
+    let shapes = [
+        grown(Sphere { radius: 0.5 }, 0.0),
+        grown(Ellipsoid::new(Vec3::new(0.3, 0.7, 0.5)).unwrap(), 0.0),
+        grown(Ellipsoid::new(Vec3::new(0.7, 0.4, 0.5)).unwrap(), 0.1),
+        grown(Ellipsoid::new(Vec3::new(0.3, 0.5, 0.6)).unwrap(), 0.05),
+        grown(Superellipsoid::new(Vec3::new(0.9, 0.3, 0.3), [0.4, 0.4]).unwrap(), 0.0),
+        grown(Superellipsoid::new(Vec3::new(0.5, 0.4, 0.6), [0.5, 0.8]).unwrap(), 0.05),
+    ];
+    let mut random = random(23);
+    let (mut met, mut cut_off) = (0, 0);
+    for [a, b] in (0..shapes.len()).flat_map(|a| (0..shapes.len()).map(move |b| [a, b])) {
+        for n in 0..200 {
+            // Some as they are, so that faces lie alike.
+            let turn = if n < 20 { Quat::identity() } else { random_turn(&mut random) };
+            let [first, second] = [body(&shapes[a], turn), body(&shapes[b], Quat::identity())];
+            let sides =
+                [Side::body(&first, Vec3::zeros()), Side::body(&second, random_direction(&mut random) * 0.5)];
+            let line =
+                Line { from: random_direction(&mut random) * 0.3, along: random_direction(&mut random) };
+            // Chords of ellipsoids are whole, those of others are cut off.
+            let is_cut = a >= 2 && b >= 2 && n % 2 == 1;
+            let [from, to] = if is_cut { [-0.2, 0.3] } else { [-3.0, 3.0] };
+            let whole = chords(&sides, &line, from, to, 1e-10)[0];
+            let ends = sides.each_ref().map(|side| side.intervals(&line, from, to, 1e-10)[0]);
+            let is_tie = |n: fn((f64, f64)) -> f64| match ends.map(|ends| ends.map(n)) {
+                [Some(a), Some(b)] => (a - b).abs() < 1e-8 && a > from + 1e-8 && a < to - 1e-8,
+                _ => false,
+            };
+            if whole.gap.abs() < 1e-8 || is_tie(|ends| ends.0) || is_tie(|ends| ends.1) {
+                continue;
+            }
+            let own = if whole.gap > 0.0 { whole.own } else { 0.0 };
+            assert!((own_ends(&sides, &line, from, to, 1e-10) - own).abs() < 0.5, "{a} {b} {n} {ends:?}");
+            met += usize::from(own != 0.0);
+            cut_off += usize::from(is_cut && whole.gap > 0.0);
+        }
+    }
+    assert!(met > 500 && cut_off > 500, "{met} {cut_off}");
+}
+
 /// `cargo test --release -- --ignored --nocapture speed_of_sampled`
 #[test]
 #[ignore = "prints timings"]
