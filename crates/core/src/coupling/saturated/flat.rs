@@ -303,31 +303,45 @@ const PARALLEL: f32 = 1e-20;
 /// along the axis nearest to its normal. Root mean square error: below 0.007.
 #[inline(always)]
 fn along_lines<R: Choose<f32>>(faces: &[Face], near: &[NearFace], deepest: NearFace, x: f32) -> f32 {
-    let c = |x: f32| R::splat(x);
     let axis = longest(faces[deepest.face as usize].normal);
-    // Ends of the lines behind a face, from those given.
-    let behind = |this: &NearFace, [u, v]: [R; 2], (low, high): (R, R)| {
+    let mut ends = [[R::splat(-0.5), R::splat(0.5)]; LINES];
+    let ends = &mut ends[..LINES / R::WIDTH];
+    shorten(ends, axis, &faces[deepest.face as usize], deepest.height(faces, x));
+    let mut cut = [0.0; LINES];
+    for (at, [low, high]) in (0..LINES).step_by(R::WIDTH).zip(&*ends) {
+        store(&mut cut, at, (*high - *low).max(R::splat(0.0)));
+    }
+    for this in near {
         let (face, height) = (&faces[this.face as usize], this.height(faces, x));
         if height > -face.reach {
-            let along = face.normal[axis];
-            let along = if along.abs() < PARALLEL { PARALLEL } else { along };
-            let [b, d] = [face.normal[(axis + 1) % 3], face.normal[(axis + 2) % 3]];
-            let end = (c(height) + (c(b) * u + c(d) * v)) * c(-1.0 / along);
-            if along > 0.0 { (low, high.min(end)) } else { (low.max(end), high) }
-        } else {
-            (low, high)
+            shorten(ends, axis, face, height);
         }
-    };
-    let mut cut = [0.0; LINES];
-    for at in (0..LINES).step_by(R::WIDTH) {
-        let place = [load::<f32, R>(&ACROSS[0], at), load::<f32, R>(&ACROSS[1], at)];
-        let (start, end) = behind(&deepest, place, (c(-0.5), c(0.5)));
-        let (low, high) = near.iter().fold((start, end), |ends, this| behind(this, place, ends));
-        store(&mut cut, at, (end - start).max(c(0.0)) - (high - low).max(c(0.0)));
+    }
+    for (at, [low, high]) in (0..LINES).step_by(R::WIDTH).zip(&*ends) {
+        let whole = load::<f32, R>(&cut, at);
+        store(&mut cut, at, whole - (*high - *low).max(R::splat(0.0)));
     }
     let whole = faces[deepest.face as usize].volume.behind(deepest.height(faces, x));
     let left = whole - cut.iter().sum::<f32>() * (1.0 / LINES as f32);
     if left > 0.0 { left } else { 0.0 }
+}
+
+/// Cuts off the parts outside of a face of the [`LINES`] along an axis through a cell at this height above the face.
+#[inline(always)]
+fn shorten<R: Choose<f32>>(ends: &mut [[R; 2]], axis: usize, face: &Face, height: f32) {
+    let along = face.normal[axis];
+    let along = if along.abs() < PARALLEL { PARALLEL } else { along };
+    let [b, d, slope] =
+        [face.normal[(axis + 1) % 3], face.normal[(axis + 2) % 3], -1.0 / along].map(R::splat);
+    for (at, [low, high]) in (0..LINES).step_by(R::WIDTH).zip(ends) {
+        let [u, v] = [load::<f32, R>(&ACROSS[0], at), load::<f32, R>(&ACROSS[1], at)];
+        let end = (R::splat(height) + (b * u + d * v)) * slope;
+        if along > 0.0 {
+            *high = high.min(end);
+        } else {
+            *low = low.max(end);
+        }
+    }
 }
 
 /// Positive for cells at the heights `a`, `b` above two faces whose normals have this cosine if the edge where they meet is the
