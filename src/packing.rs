@@ -33,8 +33,10 @@ pub const MAX_GROWN_FRACTION: f64 = 0.52;
 pub const DEFAULT_GAP: f64 = 0.0278;
 /// Rounds of pushing before giving up; a volume fraction of 0.45 takes a few hundred.
 const MAX_ROUNDS: usize = 5000;
-/// Rounds after which spheres that fixed ones still push begin elsewhere: they may be caught between these.
+/// Rounds after which spheres that fixed ones still push, or that do not escape from walls, begin elsewhere: they may be caught between these.
 const CAUGHT: usize = 500;
+/// Pushes of all walls after which a sphere escapes from them or not; where two make a narrow edge it takes many.
+const ESCAPE: usize = 100;
 /// Draws for a place that is clear of fixed spheres and walls.
 const DRAWS: usize = 1000;
 /// Push a little further than needed, so that the end is reached in finitely many rounds.
@@ -101,7 +103,8 @@ pub fn pack(
     let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
     let mut finder = PairFinder::new(*domain);
     for round in 1..=MAX_ROUNDS {
-        let mut pushed = vec![false; positions.len()];
+        // By fixed ones, and by walls.
+        let (mut pushed, mut beside) = (vec![false; positions.len()], vec![false; positions.len()]);
         // Fixed ones may be as close to each other as they like.
         let mut moved = false;
         for [a, b] in finder.find(&positions, &reaches).iter().map(|pair| pair.map(|i| i as usize)) {
@@ -129,7 +132,7 @@ pub fn pack(
                 if distance < reaches[i] {
                     let push = (reaches[i] * OVERSHOOT - distance) * wall.normal(positions[i]);
                     positions[i] = domain.wrap(positions[i] + push);
-                    moved = true;
+                    (moved, beside[i]) = (true, true);
                 }
             }
         }
@@ -137,7 +140,9 @@ pub fn pack(
             return Some(positions.split_off(fixed.len()));
         }
         if round % CAUGHT == 0 {
-            let caught: Vec<usize> = (fixed.len()..positions.len()).filter(|&i| pushed[i]).collect();
+            let is_caught =
+                |i: &usize| pushed[*i] || beside[*i] && !escapes(walls, positions[*i], reaches[*i]);
+            let caught: Vec<usize> = (fixed.len()..positions.len()).filter(is_caught).collect();
             let known = positions[..fixed.len()].to_vec();
             let bins = Bins::new(domain, known.into_iter().zip(reaches.iter().copied()));
             for i in caught {
@@ -154,12 +159,39 @@ pub fn pack(
     None
 }
 
+/// Returns true if walls alone push a sphere to a place that is clear of them.
+fn escapes(walls: &[Surface], mut at: Vec3, reach: f64) -> bool {
+    (0..ESCAPE).any(|_| {
+        let mut is_clear = true;
+        for wall in walls {
+            let distance = wall.distance_up_to(at, reach);
+            if distance < reach {
+                at += (reach * OVERSHOOT - distance) * wall.normal(at);
+                is_clear = false;
+            }
+        }
+        is_clear
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Quat;
+    use crate::wall::{FreeSide, PlacedMesh, WallMesh};
+    use std::sync::Arc;
 
     fn cube(diameters: usize) -> Domain {
         Domain { faces: Domain::faces([true; 3]), cells: [diameters * 9; 3], dx: 1.0 / 9.0 }
+    }
+
+    fn cuboid(low: Vec3, high: Vec3, free: FreeSide) -> Surface {
+        let corner =
+            |n: u32| Vec3::from_fn(|axis, _| if n >> axis & 1 == 1 { high[axis] } else { low[axis] });
+        let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let facets = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+        let mesh = Arc::new(WallMesh::new((0..8).map(corner).collect(), facets, Some(free)).unwrap());
+        Surface::Mesh(PlacedMesh { mesh, position: Vec3::zeros(), orientation: Quat::identity() })
     }
 
     const BALL: Ball = Ball { radius: 0.5, half_gap: 0.5 * DEFAULT_GAP };
@@ -226,6 +258,25 @@ mod tests {
         for (centre, _) in &fixed {
             assert!(positions.iter().all(|p| domain.nearest_image(p - centre).norm() >= 1.0 + DEFAULT_GAP));
         }
+    }
+
+    #[test]
+    fn spheres_caught_between_walls_begin_elsewhere() {
+        // Half a diameter above the floor lies a plate as wide as the box: a sixth of all are drawn below it.
+        let domain = Domain { faces: Domain::faces([true, true, false]), ..cube(6) };
+        let plate = cuboid(Vec3::new(-1.0, -1.0, 0.5), Vec3::new(7.0, 7.0, 0.8), FreeSide::Outside);
+        let plane = |z, up: f64| Surface::Plane { point: Vec3::new(0.0, 0.0, z), normal: Vec3::z() * up };
+        let walls = [plane(0.0, 1.0), plane(6.0, -1.0), plate];
+        let positions = pack(&domain, &walls, &[], &[BALL; 60], 1).unwrap();
+        assert!(positions.iter().all(|at| at.z > 1.3 && at.z < 5.5));
+    }
+
+    #[test]
+    fn a_sphere_escapes_from_a_corner_of_a_mesh_but_not_from_a_gap() {
+        let vessel = |height| cuboid(Vec3::zeros(), Vec3::new(6.0, 6.0, height), FreeSide::Inside);
+        let corner = Vec3::new(0.2, 5.9, 0.3);
+        assert!(escapes(&[vessel(2.0)], corner, 0.5));
+        assert!(!escapes(&[vessel(0.9)], corner, 0.5));
     }
 
     #[test]
