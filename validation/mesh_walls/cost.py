@@ -58,7 +58,7 @@ density = 1000
 viscosity = 1e-6
 precision = "{precision}"
 [lattice]
-cells_per_diameter = 8
+cells_per_diameter = {resolution}
 relaxation_time = 0.8
 {walls}
 [[particles]]
@@ -135,6 +135,7 @@ def main():
     parser.add_argument("--turbid", default="target/release/turbid")
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--settle", type=int, default=4000, help="steps of the bed before those that are timed")
+    parser.add_argument("--finer", type=int, default=1, help="factor on the 126 cells across the pipe, which is made shorter by the same factor")
     parser.add_argument("--only", choices=["dry", "fluid"])
     options = parser.parse_args()
     turbid = os.path.abspath(options.turbid)
@@ -161,7 +162,8 @@ def main():
             stl("pipe.stl", revolution([(0, ends[0]), (0.0063, ends[0]), (0.0063, ends[1]), (0, ends[1])], 128))
             for precision in ("f32", "f64"):
                 for name, walls in (("mesh", PIPE), ("open", "")):
-                    write(f"fluid_{precision}_{name}.toml", FLUID.format(walls=walls, precision=precision, length=0.0128))
+                    text = FLUID.format(walls=walls, precision=precision, length=0.0128 / options.finer, resolution=8 * options.finer)
+                    write(f"fluid_{precision}_{name}.toml", text)
                 pairs.append((f"fluid, {precision}", f"fluid_{precision}_mesh.toml", f"fluid_{precision}_open.toml", 20, 150, 2))
         for name, mesh, base, steps, warm_up, threads in pairs:
             ratios, times = [], []
