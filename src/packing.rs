@@ -103,8 +103,7 @@ pub fn pack(
     let reaches: Vec<f64> = (fixed.iter().map(|(_, ball)| ball)).chain(balls).map(Ball::reach).collect();
     let mut finder = PairFinder::new(*domain);
     for round in 1..=MAX_ROUNDS {
-        // By fixed ones, and by walls.
-        let (mut pushed, mut beside) = (vec![false; positions.len()], vec![false; positions.len()]);
+        let mut pushed = vec![false; positions.len()];
         // Fixed ones may be as close to each other as they like.
         let mut moved = false;
         for [a, b] in finder.find(&positions, &reaches).iter().map(|pair| pair.map(|i| i as usize)) {
@@ -127,21 +126,13 @@ pub fn pack(
             moved = true;
         }
         for i in fixed.len()..positions.len() {
-            for wall in walls {
-                let distance = wall.distance_up_to(positions[i], reaches[i]);
-                if distance < reaches[i] {
-                    let push = (reaches[i] * OVERSHOOT - distance) * wall.normal(positions[i]);
-                    positions[i] = domain.wrap(positions[i] + push);
-                    (moved, beside[i]) = (true, true);
-                }
-            }
+            moved |= push_off(domain, walls, &mut positions[i], reaches[i]);
         }
         if !moved {
             return Some(positions.split_off(fixed.len()));
         }
         if round % CAUGHT == 0 {
-            let is_caught =
-                |i: &usize| pushed[*i] || beside[*i] && !escapes(walls, positions[*i], reaches[*i]);
+            let is_caught = |i: &usize| pushed[*i] || !escapes(domain, walls, positions[*i], reaches[*i]);
             let caught: Vec<usize> = (fixed.len()..positions.len()).filter(is_caught).collect();
             let known = positions[..fixed.len()].to_vec();
             let bins = Bins::new(domain, known.into_iter().zip(reaches.iter().copied()));
@@ -159,19 +150,23 @@ pub fn pack(
     None
 }
 
-/// Returns true if walls alone push a sphere to a place that is clear of them.
-fn escapes(walls: &[Surface], mut at: Vec3, reach: f64) -> bool {
-    (0..ESCAPE).any(|_| {
-        let mut is_clear = true;
-        for wall in walls {
-            let distance = wall.distance_up_to(at, reach);
-            if distance < reach {
-                at += (reach * OVERSHOOT - distance) * wall.normal(at);
-                is_clear = false;
-            }
+/// Pushes a sphere away from each wall in turn; returns true if one did.
+fn push_off(domain: &Domain, walls: &[Surface], at: &mut Vec3, reach: f64) -> bool {
+    let mut is_pushed = false;
+    for wall in walls {
+        let distance = wall.distance_up_to(*at, reach);
+        if distance < reach {
+            let push = (reach * OVERSHOOT - distance) * wall.normal(*at);
+            *at = domain.wrap(*at + push);
+            is_pushed = true;
         }
-        is_clear
-    })
+    }
+    is_pushed
+}
+
+/// Returns true if walls alone push a sphere to a place that is clear of them.
+fn escapes(domain: &Domain, walls: &[Surface], mut at: Vec3, reach: f64) -> bool {
+    (0..ESCAPE).any(|_| !push_off(domain, walls, &mut at, reach))
 }
 
 #[cfg(test)]
@@ -275,8 +270,8 @@ mod tests {
     fn a_sphere_escapes_from_a_corner_of_a_mesh_but_not_from_a_gap() {
         let vessel = |height| cuboid(Vec3::zeros(), Vec3::new(6.0, 6.0, height), FreeSide::Inside);
         let corner = Vec3::new(0.2, 5.9, 0.3);
-        assert!(escapes(&[vessel(2.0)], corner, 0.5));
-        assert!(!escapes(&[vessel(0.9)], corner, 0.5));
+        assert!(escapes(&cube(6), &[vessel(2.0)], corner, 0.5));
+        assert!(!escapes(&cube(6), &[vessel(0.9)], corner, 0.5));
     }
 
     #[test]

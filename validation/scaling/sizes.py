@@ -20,10 +20,14 @@ density = 2500.0
 volume_fraction = {fraction}
 granular_temperature = 1e-4
 """
-WET = """
+BOX = """
 [domain]
 size = [{edge}, {edge}, {edge}]
 periodic = [true, true, true]
+[run]
+end = {{ steps = 1000 }}
+"""
+WET = """
 [fluid]
 density = 1000.0
 viscosity = 1e-6
@@ -34,17 +38,10 @@ relaxation_time = 0.55
 substeps = 3
 [driving]
 gravity = 0
-[run]
-end = {{ steps = 1000 }}
 """
 DRY = """
-[domain]
-size = [{edge}, {edge}, {edge}]
-periodic = [true, true, true]
 [dry]
 impact_speed = 0.05
-[run]
-end = {{ steps = 1000 }}
 """
 # Edge of the smaller box (m), solid volume fraction, steps of a sample.
 KINDS = {"with fluid": (WET, 0.02, 0.2, 20), "without": (DRY, 0.0276, 0.5, 50)}
@@ -66,7 +63,7 @@ def main() -> None:
                 for sizes, diameters in SIZES.items():
                     for times in [1, 2]:
                         spheres = [SPHERES.format(diameter=d, fraction=fraction / len(diameters)) for d in diameters]
-                        case.write_text(text.format(edge=times * edge) + "".join(spheres))
+                        case.write_text(BOX.format(edge=times * edge) + text + "".join(spheres))
                         found.setdefault((kind, sizes, times), []).append(bench(turbid, case, steps))
     print("| spheres | sizes | particles | motion and contacts, ns a particle | contacts, of all | a covered cell, ns |")
     print("|---|---|---|---|---|---|")

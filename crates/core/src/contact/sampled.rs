@@ -112,7 +112,7 @@ fn chords(sides: &[Side; 2], line: &Line, from: f64, to: f64, precision: f64) ->
 /// Contributions of the ends of a line's overlaps to the area vector of the first side, as [`Chord::own`].
 fn own_ends(sides: &[Side; 2], line: &Line, from: f64, to: f64, precision: f64) -> f64 {
     if let [Some(first), Some(second)] = [sides[0].quick(line), sides[1].quick(line)] {
-        return side::own_ends(&first, &second, [from, to], precision);
+        return side::own_ends(&first, &second, [from, to], precision).unwrap_or(0.0);
     }
     let overlaps = chords(sides, line, from, to, precision).into_iter().filter(|chord| chord.gap > 0.0);
     overlaps.map(|chord| chord.own).sum()

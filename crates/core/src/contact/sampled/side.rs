@@ -339,26 +339,23 @@ impl Quick<'_> {
 }
 
 /// Contribution of the ends of a line's overlap to the area vector of the first of two bodies: 1 if it leaves through that, less 1 if it
-/// enters through it; nothing where the line is cut off, at `from` or `to`.
-pub(super) fn own_ends(first: &Quick, second: &Quick, [from, to]: [f64; 2], precision: f64) -> f64 {
-    let ends = || -> Option<f64> {
-        let [own, other] = [first.chords.around(&first.line)?, second.chords.around(&second.line)?];
-        let (low, high) = (own[0].max(other[0]).max(from), own[1].min(other[1]).min(to));
-        // The end of the second body is searched for from that of the first, and is that of the first if it stays there.
-        let end = |start: f64, far: f64, is_chord_of_first: bool| {
-            let of_first = first.end(start, far, precision)?;
-            let of_both = second.end(of_first, far, precision)?;
-            let stays = |at: f64, end: f64| at.to_bits() == end.to_bits();
-            Some((of_both, stays(of_first, of_both) && (is_chord_of_first || !stays(start, of_first))))
-        };
-        if low >= high {
-            return None;
-        }
-        let (enter, enters) = end(low, high, own[0] > other[0].max(from))?;
-        let (leave, leaves) = end(high, enter, own[1] < other[1].min(to))?;
-        (enter < leave).then(|| f64::from(u8::from(leaves)) - f64::from(u8::from(enters)))
+/// enters through it; nothing where the line is cut off, at `from` or `to`. `None` if there is no overlap.
+pub(super) fn own_ends(first: &Quick, second: &Quick, [from, to]: [f64; 2], precision: f64) -> Option<f64> {
+    let [own, other] = [first.chords.around(&first.line)?, second.chords.around(&second.line)?];
+    let (low, high) = (own[0].max(other[0]).max(from), own[1].min(other[1]).min(to));
+    if low >= high {
+        return None;
+    }
+    // The end of the second body is searched for from that of the first, and is that of the first if it stays there.
+    let end = |start: f64, far: f64, is_chord_of_first: bool| {
+        let of_first = first.end(start, far, precision)?;
+        let of_both = second.end(of_first, far, precision)?;
+        let stays = |at: f64, end: f64| at.to_bits() == end.to_bits();
+        Some((of_both, stays(of_first, of_both) && (is_chord_of_first || !stays(start, of_first))))
     };
-    ends().unwrap_or(0.0)
+    let (enter, enters) = end(low, high, own[0] > other[0].max(from))?;
+    let (leave, leaves) = end(high, enter, own[1] < other[1].min(to))?;
+    (enter < leave).then(|| f64::from(u8::from(leaves)) - f64::from(u8::from(enters)))
 }
 
 /// The chord of an ellipsoid: stretched, the line has one in the unit sphere.
