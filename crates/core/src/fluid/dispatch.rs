@@ -10,7 +10,7 @@ use super::regularised::eddy_factor;
 use super::simd::{Choose, Lanes, Registers, Single, Tally};
 use super::solid::{CHUNK, SolidModel};
 use super::solid_row::SolidRow;
-use super::walls::Walls;
+use super::walls::{WallRow, Walls};
 use super::{Flow, FlowRow, Fluid, SPEED_LIMIT, Simd};
 use crate::domain::Block;
 use crate::lattice::{C, Q};
@@ -90,6 +90,16 @@ unsafe fn sweep_block<
                 continue;
             }
             let walls = if WALLS { fluid.walls.row(y, z) } else { None };
+            if walls.is_some_and(WallRow::is_dead) {
+                // Only links of its neighbours end in it.
+                let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
+                // SAFETY: promised by the caller.
+                unsafe { bounce(&fluid.walls, entered, populations, [y, z]) };
+                if !fluid.wrap_x {
+                    fluid.walls.bounce_row_ends(&layout, entered, populations, y, z);
+                }
+                continue;
+            }
             let covered = solids.reach(y + ny * z);
             if covered {
                 // SAFETY: promised by the caller.
@@ -116,7 +126,7 @@ unsafe fn sweep_block<
                 }
             }
             if let Some(walls) = walls {
-                walls.clear(&layout.slots(fluid.phase, cell), &mut fluid.populations);
+                walls.clear(&layout, fluid.phase, cell, &mut fluid.populations);
                 walls.each(|cells| solid.clear_exchanged(cells));
                 if flow.is_some() {
                     walls.each(|cells| measured.clear(cells));

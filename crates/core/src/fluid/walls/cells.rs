@@ -1,6 +1,7 @@
 //! Wall cells of a row.
 
 use super::NO_WALL;
+use crate::fluid::layout::{AaPhase, Layout};
 use crate::fluid::solid::CHUNK;
 use crate::fluid::{Population, Real};
 use crate::lattice::Q;
@@ -39,6 +40,12 @@ impl<T: Real> WallRow<T> {
         (!cells.is_empty()).then_some(Self { cells, dead, mixed })
     }
 
+    /// All cells are wall.
+    #[inline(always)]
+    pub(crate) fn is_dead(&self) -> bool {
+        !self.dead.contains(&false)
+    }
+
     /// Calls `visit` for all stretches of wall cells.
     #[inline(always)]
     pub(crate) fn each(&self, mut visit: impl FnMut(Range<usize>)) {
@@ -47,9 +54,22 @@ impl<T: Real> WallRow<T> {
         }
     }
 
-    /// Empties the wall cells, whose populations lie at `slots` (of the first cell of the row).
+    /// Empties the wall cells of chunks that are swept, of the row whose first cell is at slot `cell`.
+    #[inline(always)]
+    pub(crate) fn clear<S: Population<Number = T>>(
+        &self,
+        layout: &Layout,
+        phase: AaPhase,
+        cell: usize,
+        populations: &mut [S],
+    ) {
+        if !self.mixed.is_empty() {
+            self.clear_mixed(&layout.slots(phase, cell), populations);
+        }
+    }
+
     #[inline(never)]
-    pub(crate) fn clear<S: Population<Number = T>>(&self, slots: &[usize; Q], populations: &mut [S]) {
+    fn clear_mixed<S: Population<Number = T>>(&self, slots: &[usize; Q], populations: &mut [S]) {
         for (chunk, mask) in &self.mixed {
             for slot in slots {
                 let cells = &mut populations[slot + chunk * CHUNK..][..CHUNK];

@@ -125,6 +125,8 @@ impl Tangle {
         // In the middle, where small blocks meet, and across the x faces.
         let r = [x - 0.45 * self.domain.cells[0] as f64, y - 6.7, z - 7.6];
         let lump = r[0].abs() + 1.3 * r[1].abs() + 0.8 * r[2].abs() < 4.1 || (x < 2.5 && y > 10.2 && z < 2.7);
+        // Along the whole box.
+        let lump = lump || (y < 2.2 && z < 1.2);
         face_of(self.domain.cells, cell).or((lump && self.lump).then_some(6))
     }
 
