@@ -22,6 +22,14 @@ orientation_{xx,yy,zz,xy,xz,yz} (-): Orientation tensor, mean of `p_i p_j` (Adva
     principal axis of a body whose moment of inertia differs most from both others. Empty without such bodies.
 velocity_variance_{xx,yy,zz,xy,xz,yz} (m^2/s^2): Velocity fluctuations, mean of `(v_i - <v_i>) (v_j - <v_j>)` over the freely moving particles; a third \
     of the trace is the granular temperature.
+clusters (-): Number of sets of two or more particles that are connected by contacts with each other. Empty, as are the next three, if the engine does not \
+    tell its contacts.
+cluster_size (-): Mean size of the cluster that a particle is in, `sum s^2 / N`, a particle without contacts being one of size 1 (Stauffer and Aharony 1994, \
+    Introduction to Percolation Theory, section 2).
+largest_cluster (-): Fraction of the particles that is in the largest cluster.
+percolation_{x,y,z} (-): 1 if a cluster reaches through the box, otherwise 0, so that the mean is the probability: along a periodic axis it is connected to its \
+    own periodic image, along a closed one it touches walls at both sides, with normals within 45 degrees of the axis, each in that half of the box. Bodies whose whole \
+    motion is prescribed have no contacts with each other and with walls.
 ";
 
 /// Quantities of `pair_distribution.csv`, one row per time and bin.
@@ -76,9 +84,21 @@ pub fn angle(sector: usize) -> usize {
     (180 * sector + 90) / SECTORS
 }
 
-/// Header of `pair_distribution.csv`, with columns of directions if pairs are told apart by them.
-pub fn pair_head(directions: bool) -> Vec<String> {
+/// The pairs of sections of particles that have distributions of their own; none with one section, or more than six.
+pub fn kinds(sections: usize) -> impl Iterator<Item = [usize; 2]> {
+    let all = if (2..=6).contains(&sections) { sections } else { 0 };
+    (0..all).flat_map(move |a| (a..all).map(move |b| [a, b]))
+}
+
+/// Name of the column of a pair of sections.
+pub fn of_kinds([a, b]: [usize; 2]) -> String {
+    format!("pair_distribution_particles.{a}_particles.{b}")
+}
+
+/// Header of `pair_distribution.csv`, with columns of directions if pairs are told apart by them, and of the pairs of sections.
+pub fn pair_head(directions: bool, sections: usize) -> Vec<String> {
     let sectors = if directions { SECTORS } else { 0 };
     let of = |sector| format!("pair_distribution_at_{} (-)", angle(sector));
-    PAIR_COLUMNS.iter().cloned().chain((0..sectors).map(of)).collect()
+    let of_kinds = kinds(sections).map(|kinds| of_kinds(kinds) + " (-)");
+    PAIR_COLUMNS.iter().cloned().chain((0..sectors).map(of)).chain(of_kinds).collect()
 }

@@ -19,7 +19,7 @@ use crate::output::{Numbered, OutputFiles, Summary};
 use crate::particle::Particle;
 pub(super) use gather::partners;
 pub(super) use gather::{each_row, fields as all_fields, own_fields};
-pub(super) use near::{at_owners, centres_near};
+pub(super) use near::{Centre, at_owners, centres_near, to_owners};
 pub(super) use row::{PAIRS, branch_moment, settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

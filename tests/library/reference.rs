@@ -303,7 +303,8 @@ fn the_page_on_tables_has_every_column() {
     columns(&mut out, &structure::COLUMNS, &structure::DEFINITIONS);
     out.push_str(
         "\n## pair_distribution.csv\n\nOne row for each time and bin. With `output.structure.plane`, columns `pair_distribution_at_N` (-) follow: the same of pairs within 30 \
-         degrees of the plane\nwhose direction lies in the sector of 10 degrees about `N` degrees from the first axis of the plane.\n\n",
+         degrees of the plane\nwhose direction lies in the sector of 10 degrees about `N` degrees from the first axis of the plane. With two to six sections \
+         `[[particles]]`, columns `pair_distribution_particles.A_particles.B` (-) follow:\n`g(r)` of the pairs of a particle of section `A` and one of section `B`.\n\n",
     );
     columns(&mut out, &structure::PAIR_COLUMNS, &structure::DEFINITIONS);
     out.push_str("\n## contact_forces.csv\n\nOne row for each time and bin.\n\n");

@@ -77,6 +77,11 @@ fn structure_and_dynamics_of_a_heap_have_the_same_bits_on_1_to_4_ranks() {
     let [all, loose, holding] = numbers;
     assert!(holding >= 4.0 && all > 1.0 && all < holding, "{numbers:?}");
     assert!(loose > 0.0 && loose < 0.8, "{numbers:?}");
+    // The heap reaches through the periodic faces; there is no lid to reach.
+    let clusters = ["clusters", "cluster_size", "largest_cluster"].map(last);
+    assert!(clusters[0] >= 1.0 && clusters[1] > 2.0 && clusters[2] > 0.5, "{clusters:?}");
+    let through = ["x", "y", "z"].map(|axis| last(&format!("percolation_{axis}")) > 0.5);
+    assert_eq!(through, [true, true, false]);
     assert!(last("normal_force") > 0.0 && last("nearest_neighbour_distance") < 1.1e-3);
     // The weight on the floor is that of all particles; its average has an error and the column its unit.
     let weight = &averages["wall_force_z"];

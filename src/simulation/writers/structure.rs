@@ -1,9 +1,10 @@
-//! Structure of the particles: pair distribution, neighbours, contact network and orientations, as sums over all ranks.
+//! Structure of the particles: pair distribution, neighbours, contact network, [clusters](mod@clusters) and orientations, as sums over all ranks.
 //!
 //! ```text
 //! g(r) = n(r) V / (N (N - 1) 4 pi / 3 (r2^3 - r1^3) w(r))       n(r) ordered pairs in the bin from r1 to r2
 //! w(r) = < prod (1 - r |e_a| / L_a) >                           closed axes a, mean over directions e; 1 in a periodic box
 //! g(r, theta)  the same of pairs within 30 degrees of a plane, in sectors of 10 degrees, w of the middle of the sector
+//! g_ab(r)      the same of pairs of a particle of section a and one of section b, with N_a (N_a - 1) or 2 N_a N_b
 //! ```
 //!
 //! `w` is the part of the shell about a point of the box that lies in it (the set covariance of the box). Centres reach over the blocks of
@@ -13,6 +14,7 @@
 //! # Reference
 //! Hansen and `McDonald` (2013), Theory of Simple Liquids, section 2.5, for `g`; Stoyan et al. (1995), Stochastic Geometry, section 4.5, for `w`.
 
+mod clusters;
 mod pairs;
 mod waves;
 
@@ -25,11 +27,12 @@ use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
 use crate::output::structure::{
-    COLUMNS, FACTOR_BINS, FACTOR_COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SECTORS, pair_head,
+    COLUMNS, FACTOR_BINS, FACTOR_COLUMNS, FORCE_BINS, FORCE_COLUMNS, PAIR_BINS, SECTORS, kinds, pair_head,
 };
 use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, averages, directory};
 use crate::particle::{Particle, Template};
-use crate::simulation::observe::{PAIRS, Sums, Totals, at_owners, centres_near};
+use crate::simulation::observe::{Centre, PAIRS, Sums, Totals, at_owners, centres_near};
+use clusters::{clusters, is_contact};
 use pairs::each_pair;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -57,12 +60,18 @@ const FORCE: usize = 7;
 const WITH_AXIS: usize = 8;
 const VELOCITY: usize = 9;
 const PRODUCTS: usize = 12;
-const COUNTS: usize = 18;
+const CLUSTERS: usize = 18;
+const SQUARES: usize = 19;
+const COUNTS: usize = 20;
 // Fixed-point sums: distance over the reach, fabric, orientation.
 const DISTANCE: usize = 0;
 const FABRIC: usize = 1;
 const AXES: usize = 7;
 const FIXED: usize = 13;
+// Maxima: the largest cluster, and for each axis one if a cluster reaches through the box.
+const LARGEST: usize = 0;
+const THROUGH: usize = 1;
+const MAXIMA: usize = 4;
 
 /// Writes `structure.csv`, `pair_distribution.csv`, `contact_forces.csv` and, where a case asks for it, `structure_factor.csv`, and at the end the
 /// means over time.
@@ -73,6 +82,8 @@ pub(in crate::simulation) struct StructureWriter<'a> {
     /// Axis of the bodies of each template, if they have one.
     axes: Vec<Option<Vec3>>,
     waves: Option<Waves>,
+    /// Number of sections of particles.
+    sections: usize,
     /// In the order of the rows that [`StructureWriter::complete`] writes.
     tables: Vec<Table>,
     /// Step of the last rows.
@@ -95,9 +106,10 @@ impl<'a> StructureWriter<'a> {
         let plan = setup.plan.output.structure?;
         let files = files_of(setup);
         let waves = plan.shortest_wave.map(|shortest| Waves::new(setup.domain, shortest));
+        let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
         let heads = [
             (directory::STRUCTURE, COLUMNS.clone()),
-            (directory::PAIR_DISTRIBUTION, pair_head(plan.plane.is_some())),
+            (directory::PAIR_DISTRIBUTION, pair_head(plan.plane.is_some(), sections)),
             (directory::CONTACT_FORCES, FORCE_COLUMNS.clone()),
             (directory::STRUCTURE_FACTOR, FACTOR_COLUMNS.clone()),
         ];
@@ -105,6 +117,7 @@ impl<'a> StructureWriter<'a> {
         Some(Self {
             tables: heads.map(|(name, head)| Table::new(files.table(name), head)).collect(),
             waves,
+            sections,
             axes: setup.templates.iter().map(axis_of).collect(),
             setup,
             plan,
@@ -125,9 +138,19 @@ impl<'a> StructureWriter<'a> {
         self.plan.plane.map_or(0, |_| SECTORS)
     }
 
+    /// Index of the first sum of the pairs of sections.
+    fn on_kinds(&self) -> usize {
+        COUNTS + self.plan.bins * (1 + self.sectors())
+    }
+
     /// Index of the first sum of the forces of contacts.
     fn on_forces(&self) -> usize {
-        COUNTS + self.plan.bins * (1 + self.sectors())
+        self.on_kinds() + self.plan.bins * kinds(self.sections).count()
+    }
+
+    /// Index of the first of the numbers of particles in each section.
+    fn on_sections(&self) -> usize {
+        self.on_forces() + FORCES
     }
 
     fn moves(&self, particle: &Particle) -> bool {
@@ -135,12 +158,13 @@ impl<'a> StructureWriter<'a> {
     }
 
     /// Sums over these particles, `others` being the centres near them.
-    fn of_particles(&self, own: &[Particle], others: &[Vec3]) -> Sums {
+    fn of_particles(&self, own: &[Particle], others: &[Centre]) -> Sums {
         let of_waves = self.waves.as_ref().map_or(0, Waves::sums);
-        let mut sums = Sums::new(self.on_forces() + FORCES, FIXED + of_waves, 0);
+        let mut sums = Sums::new(self.on_sections() + self.sections, FIXED + of_waves, MAXIMA);
         let moving = own.iter().filter(|particle| self.moves(particle)).count();
         sums.add(ALL, &[own.len() as f64, moving as f64]);
         for particle in own {
+            sums.add(self.on_sections() + self.setup.sections[particle.template as usize], &[1.0]);
             if self.moves(particle) {
                 let v = particle.velocity;
                 sums.add(VELOCITY, &v);
@@ -158,16 +182,20 @@ impl<'a> StructureWriter<'a> {
         if let Some(waves) = &self.waves {
             waves.add(&centres, &mut sums, FIXED);
         }
-        self.add_pairs(centres, others, &mut sums);
+        let templates = own.iter().map(|particle| particle.template);
+        let templates = templates.chain(others.iter().map(|(_, template)| *template));
+        let sections = templates.map(|template| self.setup.sections[template as usize]).collect::<Vec<_>>();
+        self.add_pairs(centres, others, &sections, &mut sums);
         sums
     }
 
-    /// Adds the pairs of the centres of this rank, `others` being those of other ranks near them.
-    fn add_pairs(&self, mut centres: Vec<Vec3>, others: &[Vec3], sums: &mut Sums) {
+    /// Adds the pairs of the centres of this rank, `others` being those of other ranks near them, all of these sections.
+    fn add_pairs(&self, mut centres: Vec<Vec3>, others: &[Centre], sections: &[usize], sums: &mut Sums) {
         let Structure { reach, bins, plane, .. } = self.plan;
         let (domain, width) = (self.setup.domain, reach / bins as f64);
-        let own = centres.len();
-        centres.extend(others);
+        let (own, first_kind) = (centres.len(), self.on_kinds() - COUNTS);
+        centres.extend(others.iter().map(|(centre, _)| centre));
+        let kind_of = KindOf::new(self.sections);
         let mut counts = vec![0.0; self.on_forces() - COUNTS];
         let mut nearest = vec![f64::INFINITY; own];
         each_pair(&domain, &centres, own, reach, |[i, j], way, distance| {
@@ -184,6 +212,9 @@ impl<'a> StructureWriter<'a> {
             if let Some(sector) = plane.and_then(|plane| sector(way, plane)) {
                 counts[bins + bin * SECTORS + sector] += mine;
             }
+            if let Some(kind) = kind_of.pair([sections[i], sections[j]]) {
+                counts[first_kind + kind * bins + bin] += mine;
+            }
         });
         for (index, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0.0) {
             sums.add(COUNTS + index, &[*count]);
@@ -198,7 +229,7 @@ impl<'a> StructureWriter<'a> {
     fn add_contacts(&self, rank: &RankState, sums: &mut Sums) {
         let (mut partners, mut touching) = (BTreeSet::new(), BTreeMap::new());
         let mut forces = Vec::new();
-        for contact in rank.contacts() {
+        for contact in rank.contacts().iter().filter(|contact| is_contact(contact)) {
             // Parts of two bodies may touch several times.
             if partners.insert((contact.first, contact.second, contact.key().shift())) {
                 *touching.entry(contact.first).or_insert(0) += 1;
@@ -240,9 +271,22 @@ impl<'a> StructureWriter<'a> {
         }
     }
 
+    /// Adds the clusters. Collective.
+    fn add_clusters(&self, rank: &RankState, sums: &mut Sums) {
+        for cluster in clusters(rank) {
+            debug_assert!(cluster.size > 0, "each particle has an owner");
+            let size = cluster.size as f64;
+            sums.add(CLUSTERS, &[f64::from(u8::from(cluster.size > 1)), size * size]);
+            sums.raise(LARGEST, size);
+            for (axis, is) in cluster.percolates(&self.setup.domain).into_iter().enumerate() {
+                sums.raise(THROUGH + axis, u8::from(is).into());
+            }
+        }
+    }
+
     /// The row of `structure.csv`.
     fn numbers(&self, output: &RootOutput) -> Vec<Option<f64>> {
-        let Totals { sums, fixed, .. } = output.totals;
+        let Totals { sums, fixed, maxima } = output.totals;
         let over = |sum: f64, count: f64| (count > 0.0 && !sum.is_nan()).then(|| sum / count);
         let holding = sums[MOVING] - sums[LOOSE];
         let tensor = |first: usize, count: f64| {
@@ -262,6 +306,11 @@ impl<'a> StructureWriter<'a> {
             over(sums[PRODUCTS + k], sums[MOVING])
                 .map(|product| product - mean(VELOCITY + i) * mean(VELOCITY + j))
         }));
+        let told = |value: f64| (!sums[CLUSTERS].is_nan()).then_some(value);
+        row.push(told(sums[CLUSTERS]));
+        row.push(over(sums[SQUARES], sums[ALL]));
+        row.push(told(maxima[LARGEST]).and_then(|largest| over(largest, sums[ALL])));
+        row.extend(maxima[THROUGH..].iter().map(|through| told(*through)));
         row
     }
 
@@ -285,6 +334,16 @@ impl<'a> StructureWriter<'a> {
                     over(sums[first + sector], pairs * shell * part)
                 }));
             }
+            let in_sections = &sums[self.on_sections()..];
+            row.extend(kinds(self.sections).enumerate().map(|(kind, [a, b])| {
+                let of_both = if a == b {
+                    in_sections[a] * (in_sections[a] - 1.0)
+                } else {
+                    2.0 * in_sections[a] * in_sections[b]
+                };
+                let expected = of_both / domain.volume() * shell * in_box(domain, r);
+                over(sums[self.on_kinds() + kind * bins + bin], expected)
+            }));
             row
         };
         (0..bins).map(row).collect()
@@ -293,8 +352,25 @@ impl<'a> StructureWriter<'a> {
 
 /// Marks all that follows from contacts as unknown.
 fn untold(sums: &mut Sums) {
-    for of in [TOUCHES, LOOSE, HOLDING] {
+    for of in [TOUCHES, LOOSE, HOLDING, CLUSTERS, SQUARES] {
         sums.add(of, &[f64::NAN]);
+    }
+}
+
+/// Numbers of the pairs of sections.
+struct KindOf(Vec<Option<usize>>, usize);
+
+impl KindOf {
+    fn new(sections: usize) -> Self {
+        let mut numbers = vec![None; sections * sections];
+        for (kind, [a, b]) in kinds(sections).enumerate() {
+            (numbers[a * sections + b], numbers[b * sections + a]) = (Some(kind), Some(kind));
+        }
+        Self(numbers, sections)
+    }
+
+    fn pair(&self, [a, b]: [usize; 2]) -> Option<usize> {
+        self.0[a * self.1 + b]
     }
 }
 
@@ -371,6 +447,7 @@ impl Writer for StructureWriter<'_> {
         let mut sums = self.of_particles(simulation.particles(), &others);
         if simulation.dem().tells_contacts() {
             self.add_contacts(rank, &mut sums);
+            self.add_clusters(rank, &mut sums);
         } else {
             untold(&mut sums);
         }
@@ -430,7 +507,8 @@ impl Writer for StructureWriter<'_> {
 
     fn estimate(&self, end_step: u64) -> Option<FileEstimate> {
         let shells = self.waves.as_ref().map_or(0, Waves::shells);
-        let numbers = COLUMNS.len() + self.plan.bins * (4 + self.sectors()) + 4 * (FORCES + shells);
+        let of_pair = 4 + self.sectors() + kinds(self.sections).count();
+        let numbers = COLUMNS.len() + self.plan.bins * of_pair + 4 * (FORCES + shells);
         let rows = FileEstimate::of(self, end_step, "structure", NUMBER * numbers as f64, "");
         Some(rows.in_one_file())
     }

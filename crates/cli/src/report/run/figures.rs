@@ -46,8 +46,10 @@ const CONTACTS: Endings = &[("", "all"), ("_without_rattlers", "without rattlers
 const HEIGHTS: Endings = &[("front_height", "front"), ("bed_height", "bed")];
 
 /// Figures of `structure.csv` and of `fronts.csv`.
-const STATISTICS: [Group; 5] = [
+const STATISTICS: [Group; 7] = [
     ("coordination", "Contacts of a particle", "coordination", CONTACTS),
+    ("cluster_size", "Mean size of the cluster that a particle is in", "cluster_size", ALONE),
+    ("largest_cluster", "Part of the particles in the largest cluster", "largest_cluster", ALONE),
     ("fabric", "Fabric tensor of the contacts", "fabric", TENSOR),
     ("orientation", "Orientation tensor of the bodies", "orientation", TENSOR),
     ("velocity_variance", "Variance of the particle velocity", "velocity_variance", TENSOR),

@@ -135,11 +135,37 @@ pub(super) fn factors(section: &mut Section, means: &SeriesTable) {
     groups(section, means, &rows, ("wave_number", "wave number (1/m)", false), &[FACTOR], ("", ""));
 }
 
-/// Adds the figures of the pair distribution: over the distance, and by direction where it is largest.
+/// Adds the figure of the pair distributions of pairs of sections, if there are several.
+fn pairs_of_sections(section: &mut Section, means: &SeriesTable, x: &[f64]) {
+    let named = means.columns.iter().filter_map(|column| {
+        let (a, b) = column.name.strip_prefix("pair_distribution_particles.")?.split_once("_particles.")?;
+        let whole = b.bytes().all(|digit| digit.is_ascii_digit());
+        whole.then(|| (column, format!("particles {a} and {b}")))
+    });
+    let named: Vec<_> = named.collect();
+    let rows: Vec<usize> = (0..x.len()).collect();
+    let columns: Vec<_> = named.iter().map(|(column, label)| (*column, label.as_str())).collect();
+    let series = curves(means, x, &rows, &columns);
+    if series.is_empty() {
+        return;
+    }
+    let title = "Pair distribution by sections of particles";
+    let mut chart = Chart::new(
+        format!("{}: {}", literal(&section.title), title.to_lowercase()),
+        Axis::new("distance of the centres (m)", false),
+        Axis::new("pair distribution (-)", false),
+        series,
+    );
+    chart.note = NOTE.to_string();
+    section.figure("pairs_of_sections", title, chart.figure(), "");
+}
+
+/// Adds the figures of the pair distribution: over the distance, of pairs of sections, and by direction where it is largest.
 pub(super) fn pairs(section: &mut Section, means: &SeriesTable) {
     let (Some(x), Some(pairs)) = (means.get("separation"), means.get("pair_distribution")) else { return };
     let rows: Vec<usize> = (0..x.len()).collect();
     groups(section, means, &rows, ("separation", "distance of the centres (m)", false), &[PAIRS], ("", ""));
+    pairs_of_sections(section, means, x);
     let Some(peak) = rows.into_iter().max_by(|&a, &b| pairs[a].total_cmp(&pairs[b])) else { return };
     let value = |sector: usize, of: &str| {
         Some(means.get(&format!("pair_distribution_at_{}{of}", angle(sector)))?[peak])
