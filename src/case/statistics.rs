@@ -18,6 +18,8 @@ pub struct Profile {
     pub bins: usize,
     /// The bins are rings.
     pub rings: Option<Rings>,
+    /// With the stress of the particles by the fluid.
+    pub hydrodynamic_stress: bool,
 }
 
 /// Rings about a line along an axis.
@@ -78,15 +80,19 @@ pub(crate) const LAGS: usize = 100;
 pub(super) fn profiles(document: &Document, known: &Known) -> Result<Vec<Profile>> {
     let periodic = document.case.domain.periodic;
     let profile = |(n, of): (usize, &ProfileSection)| {
-        let (axis, bins) = (of.axis as usize, of.bins);
+        let (axis, bins, hydrodynamic_stress) = (of.axis as usize, of.bins, of.hydrodynamic_stress);
         let key = |name: &str| format!("output.profiles.{n}.{name}");
+        if hydrodynamic_stress && document.case.fluid.is_none() {
+            let title = "`hydrodynamic_stress` is that of a fluid, and the case has none";
+            return Err(document.error(&key("hydrodynamic_stress"), title, "no fluid", "remove it"));
+        }
         let Some(centre) = of.about else {
             if of.radius.is_some() {
                 let title = "`radius` is that of rings, of which `about` is missing";
                 let remedy = "give about = [x, y, z], or remove it";
                 return Err(document.error(&key("radius"), title, "of no ring", remedy));
             }
-            return Ok(Profile { axis, bins, rings: None });
+            return Ok(Profile { axis, bins, rings: None, hydrodynamic_stress });
         };
         let across = (0..3).filter(|other| *other != axis);
         let room = across.map(|other| {
@@ -109,7 +115,7 @@ pub(super) fn profiles(document: &Document, known: &Known) -> Result<Vec<Profile
                 format!("at most {room:.6} m, where the rings reach a face or half of a periodic edge");
             return Err(document.out_of_range(&key("radius"), radius, &wanted, "leave the key out"));
         }
-        Ok(Profile { axis, bins, rings: Some(Rings { centre, radius }) })
+        Ok(Profile { axis, bins, rings: Some(Rings { centre, radius }), hydrodynamic_stress })
     };
     document.case.output.profiles.iter().enumerate().map(profile).collect()
 }

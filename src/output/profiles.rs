@@ -16,6 +16,8 @@ particle_velocity_{x,y,z} (m/s): Their mean velocity; empty without particles, a
 particle_velocity_variance_{xx,yy,zz,xy,xz,yz} (m^2/s^2): Mean of `(v_i - <v_i>) (v_j - <v_j>)`; a third of the trace is the granular temperature.
 angular_velocity_{x,y,z} (1/s): Their mean angular velocity.
 contact_stress_{xx,yy,zz,xy,xz,yz} (Pa): As in `series.csv`, of the contacts whose point is in the bin, over its volume; empty if the engine does not tell its contacts.
+hydrodynamic_stress_{xx,yy,zz,xy,xz,yz} (Pa): As in `series.csv`, of the bodies whose centres are in the bin, over its volume; empty without \
+    `hydrodynamic_stress = true` of the profile.
 fluid_velocity_{x,y,z} (m/s): Mean over the part of the cells that no body covers; empty without a fluid, as are the next two.
 fluid_velocity_variance_{xx,yy,zz,xy,xz,yz} (m^2/s^2): Mean of `(u_i - <u_i>) (u_j - <u_j>)` there.
 pressure (Pa): Mean pressure there.

@@ -1,5 +1,6 @@
 //! Measurements of the whole box: mean flow, stress of the particles, force of the fluid on walls.
 
+use super::observe::to_owners;
 use super::{FluidSystem, Simulation};
 use crate::coupling::MeanFlow;
 use crate::dem::Load;
@@ -64,9 +65,10 @@ impl Simulation {
         };
         let particles = self.dem.particles();
         coupling.map(particles);
-        let (flow, stresslet) = fluid.measure(acceleration, coupling);
+        let (flow, stresslets) = fluid.measure(acceleration, coupling);
         let mut words = words(&flow);
-        words.extend(stresslet.into_iter().flat_map(split_wide));
+        let sum = |n: usize| stresslets.iter().map(|(_, stresslet)| stresslet[n]).sum();
+        words.extend((0..6).flat_map(|n| split_wide(sum(n))));
         self.note_fault(flow.fault);
         self.comm.sum(&mut words);
         let sums: [f64; 6] = numbers(&words[WORDS..]);
@@ -74,6 +76,23 @@ impl Simulation {
             mean: self.mean_of(&words, flow.max_speed),
             stresslet: sums.map(|sum| sum * self.units.torque()),
         }
+    }
+
+    /// Stresslet (N m) of each particle of this rank in the coming step, in their order: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`; zeros without
+    /// a fluid. Collective.
+    pub(super) fn stresslets(&mut self) -> Vec<[f64; 6]> {
+        let acceleration = self.lattice_acceleration();
+        let Some(FluidSystem { fluid, coupling, .. }) = &mut self.system else {
+            return vec![[0.0; 6]; self.particles().len()];
+        };
+        coupling.map(self.dem.particles());
+        let (flow, stresslets) = fluid.measure(acceleration, coupling);
+        self.note_fault(flow.fault);
+        let mut sums = vec![[0_i128; 6]; self.particles().len()];
+        for (at, stresslet) in to_owners(self, &self.cut, stresslets.into_iter()) {
+            (0..6).for_each(|n| sums[at][n] += stresslet[n]);
+        }
+        sums.into_iter().map(|sums| sums.map(|sum| from_fixed_wide(sum) * self.units.torque())).collect()
     }
 
     /// Force (N) of the fluid on each wall in the last step, and torque (N m) about the pivot of its motion, without the pressure

@@ -194,6 +194,12 @@ impl<'a> RankState<'a> {
         self.contacts.into_inner().unwrap_or_else(|| self.simulation.contact_states())
     }
 
+    /// Stresslet (N m) that the fluid exerts on each of the particles of this rank in the coming step (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`).
+    /// Takes about as long as a step. Collective.
+    pub(in crate::simulation) fn stresslets(&mut self) -> Vec<[f64; 6]> {
+        self.simulation.stresslets()
+    }
+
     /// Calls `visit` with each cell of the block of this rank, velocity (m/s) and pressure (Pa) there, and the solid volume fraction,
     /// with the particles where they are now; not at all without a fluid.
     pub fn each_cell(&mut self, mut visit: impl FnMut([usize; 3], [f64; 3], f64, f64)) {

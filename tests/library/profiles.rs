@@ -32,7 +32,11 @@ end = { steps = 96 }
 average_from = { steps = 32 }
 [output]
 profiles_every = { steps = 4 }
-profiles = [{ axis = "z", bins = 12 }, { axis = "x", bins = 7 }]
+series_every = { steps = 4 }
+profiles = [
+    { axis = "z", bins = 12, hydrodynamic_stress = true }, { axis = "x", bins = 7 },
+    { axis = "z", bins = 3, about = [2.5e-3, 2.5e-3, 0], hydrodynamic_stress = true },
+]
 fields_every = "never"
 particles_every = "never"
 picture_every = "never"
@@ -71,6 +75,21 @@ fn profiles_add_up_to_what_is_in_the_box_and_have_the_same_bits_on_1_to_4_ranks(
             assert!((count - setup.particles.len() as f64).abs() < 1e-9, "{count}");
             assert!((mean("number_density_particles.1") * volume - 9.0).abs() < 1e-9);
             assert!((mean("solid_fraction") / setup.volume_fraction - 1.0).abs() < 1e-12);
+        }
+    }
+    // The stress by the fluid adds up to that of the box.
+    let series = SeriesTable::read(&files.series()).unwrap();
+    let stresses = ["xx", "zz", "xz"].map(|of| format!("hydrodynamic_stress_{of}"));
+    for (row, at) in series.get("step").unwrap().iter().enumerate() {
+        for stress in &stresses {
+            let of_bins = |number: usize| {
+                let rows = (0..step.len()).filter(|&row| profile[row] as usize == number);
+                let rows = rows.filter(|&row| (step[row] - at).abs() < 0.5);
+                rows.map(|row| column(stress)[row]).sum::<f64>()
+            };
+            let (sum, whole) = (of_bins(0) / 12.0, series.get(stress).unwrap()[row]);
+            assert!((sum - whole).abs() <= 1e-9 * whole.abs(), "{stress} at {at}: {sum} {whole}");
+            assert!(of_bins(1).is_nan() && of_bins(2).is_finite());
         }
     }
     // What the suspension is pulled along with grows from plate to plate.

@@ -48,6 +48,7 @@ use kernel::Measured;
 #[doc(hidden)]
 pub use kernel::{Operator, Recursive, TwoTimes};
 use layout::{AaPhase, Layout};
+pub use measure::Stresslet;
 pub use observe::{CellState, stream_bandwidth};
 #[doc(hidden)]
 pub use population::PopulationLanes;

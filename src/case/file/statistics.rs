@@ -20,6 +20,9 @@ pub struct ProfileSection {
     /// Radius of the outermost ring (m). Default: the distance of the line to the nearest face, at most half of an edge that is periodic.
     #[schemars(transform = positive)]
     pub radius: Option<f64>,
+    /// Also the stress of the particles by the fluid, for which the cells are swept once more. Default false.
+    #[serde(default)]
+    pub hydrodynamic_stress: bool,
 }
 
 /// Structure of the particles: where they are about each other, and how they touch.

@@ -1,7 +1,8 @@
 //! Profiles of particles and fluid along axes of the box, or over rings about one: sums over bins, for which nothing is gathered.
 //!
 //! Bodies are cut exactly at the ends of bins along an axis. Over rings each body counts by 512 points in it, of equal
-//! volume, and a cell by its middle.
+//! volume, and a cell by its middle. The stress by the fluid is the sum of the stresslets of the bodies whose centres are in a bin, over its volume: the part of each body
+//! in a block is a whole number, added up by its owner.
 
 use super::table::Table;
 use super::vtk::parsed;
@@ -24,12 +25,13 @@ const ALONG: f64 = 0.999;
 /// Points in a body, and in its bounds at most.
 const POINTS: usize = 512;
 const TRIES: u32 = 1 << 17;
-// Sums of a bin: volume of the bodies, velocity, its products, angular velocity, stress of contacts, then the number in each section.
+// Sums of a bin: volume of the bodies, velocity, its products, angular velocity, stress by contacts and by the fluid, then the number in each section.
 const VELOCITY: usize = 1;
 const PRODUCTS: usize = 4;
 const SPIN: usize = 10;
 const STRESS: usize = 13;
-const NUMBERS: usize = 19;
+const BY_FLUID: usize = 19;
+const NUMBERS: usize = 25;
 // Of the sums of the flow.
 const FLOW: usize = 1;
 const SQUARES: usize = 4;
@@ -49,12 +51,11 @@ pub(super) struct Profiles<'a> {
     last: u64,
 }
 
-/// Form of a profile: axis, number of bins, rings.
-type Form = (usize, usize, Option<Rings>);
+/// Form of a profile: axis, number of bins, rings, and true with the stress by the fluid.
+type Form = (usize, usize, Option<Rings>, bool);
 
 #[derive(Serialize, Deserialize)]
 struct State {
-    /// Axes, numbers of bins, and rings.
     profiles: Vec<Form>,
     rows: Option<RowsMark>,
     last: u64,
@@ -96,7 +97,8 @@ impl<'a> Profiles<'a> {
 
     fn forms(&self) -> Vec<Form> {
         let profiles = self.setup.plan.output.profiles.iter();
-        profiles.map(|profile| (profile.axis, profile.bins, profile.rings)).collect()
+        let form = |of: &Profile| (of.axis, of.bins, of.rings, of.hydrodynamic_stress);
+        profiles.map(form).collect()
     }
 
     fn bins(&self) -> usize {
@@ -206,8 +208,10 @@ impl<'a> Profiles<'a> {
                     .collect();
                 row.extend(means(count, &sums[VELOCITY..PRODUCTS], &sums[PRODUCTS..SPIN], 1.0));
                 row.extend(sums[SPIN..STRESS].iter().map(|sum| (count > 0.0).then(|| sum / count)));
-                let tells = sums[STRESS..NUMBERS].iter().map(|sum| (!sum.is_nan()).then(|| sum / volume));
+                let tells = sums[STRESS..BY_FLUID].iter().map(|sum| (!sum.is_nan()).then(|| sum / volume));
                 row.extend(tells);
+                let by_fluid = sums[BY_FLUID..NUMBERS].iter();
+                row.extend(by_fluid.map(|sum| profile.hydrodynamic_stress.then(|| sum / volume)));
                 let open = if units.is_some() { fluid[0] } else { 0.0 };
                 let (speed, pressure) =
                     units.map_or((0.0, 0.0), |units| (units.velocity(), units.pressure()));
@@ -303,9 +307,12 @@ impl Writer for Profiles<'_> {
     fn sums(&self, rank: &mut RankState) -> Sums {
         let per_bin = self.per_bin();
         let mut sums = Sums::new(self.bins() * per_bin, flow::sums(self.setup), 0);
+        let stresslets =
+            self.all().any(|(_, profile)| profile.hydrodynamic_stress).then(|| rank.stresslets());
         let simulation = rank.simulation();
         for (first, profile) in self.all() {
-            for particle in simulation.particles() {
+            let of_fluid = stresslets.as_ref().filter(|_| profile.hydrodynamic_stress);
+            for (n, particle) in simulation.particles().iter().enumerate() {
                 self.divide(particle, profile, |bin, volume| sums.add((first + bin) * per_bin, &[volume]));
                 let Some((bin, axes)) = self.place(profile, particle.position()) else { continue };
                 let at = (first + bin) * per_bin;
@@ -314,6 +321,10 @@ impl Writer for Profiles<'_> {
                 sums.add(at + VELOCITY, v.as_slice());
                 sums.add(at + PRODUCTS, &PAIRS.map(|(i, j)| v[i] * v[j]));
                 sums.add(at + SPIN, spin.as_slice());
+                if let Some(stresslet) = of_fluid.map(|all| &all[n]) {
+                    let stresslet = axes.map_or(*stresslet, |axes| turned_tensor(&axes, stresslet));
+                    sums.add(at + BY_FLUID, &stresslet);
+                }
                 sums.add(at + NUMBERS + self.setup.sections[particle.template as usize], &[1.0]);
             }
             if !simulation.dem().tells_contacts() {

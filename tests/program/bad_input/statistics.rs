@@ -1,6 +1,6 @@
 //! Statistics that cannot be taken.
 
-use super::all_refused;
+use super::{all_refused, all_refused_of};
 
 #[test]
 fn profiles_structure_and_averages_that_cannot_be_are_refused_with_a_remedy() {
@@ -35,4 +35,20 @@ fn profiles_structure_and_averages_that_cannot_be_are_refused_with_a_remedy() {
     for (key, words) in table {
         all_refused(&[("volume_fraction = 0.1\nseed = 1", &with(key), words)]);
     }
+}
+
+#[test]
+fn a_stress_by_the_fluid_without_a_fluid_is_refused() {
+    let dry = r#"
+domain = { size = [5e-3, 5e-3, 5e-3], periodic = [true, true, true] }
+dry.time_step = 1e-6
+run.end.steps = 1
+output.profiles = [{ axis = "z", bins = 4 }]
+[[particles]]
+shape.sphere.diameter = 1e-3
+density = 2000
+count = 3
+"#;
+    let words: &[&str] = &["bad.toml:5:", "`hydrodynamic_stress` is that of a fluid", "remove it"];
+    all_refused_of(dry, &[("bins = 4", "bins = 4, hydrodynamic_stress = true", words)]);
 }

@@ -7,8 +7,8 @@ use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{
-    Boundary, F16, Flow, FlowRow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean, WallLoad,
-    WallMotion,
+    Boundary, F16, Flow, FlowRow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean, Stresslet,
+    WallLoad, WallMotion,
 };
 
 /// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
@@ -153,7 +153,7 @@ impl AnyFluid {
     }
 
     /// As [`Coupling::measure`].
-    pub fn measure(&self, acceleration: [f64; 3], coupling: &mut Coupling) -> (Flow, [i128; 6]) {
+    pub fn measure(&self, acceleration: [f64; 3], coupling: &mut Coupling) -> (Flow, Vec<(u64, Stresslet)>) {
         either!(self, fluid => coupling.measure(fluid, acceleration))
     }
 

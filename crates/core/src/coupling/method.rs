@@ -8,7 +8,7 @@ use super::saturated::{Saturated, SolidOperator};
 use crate::domain::Block;
 use crate::fluid::{
     BlockSolids, Collision, ExchangeSum, Flow, FlowRow, Fluid, Images, Population, RigidMotion, RowSegments,
-    Simd, SolidModel, SphereRows,
+    Simd, SolidModel, SphereRows, Stresslet,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -147,11 +147,17 @@ impl Coupling {
         flow
     }
 
-    /// Flow as the next measuring sweep would find it, and the stresslet of all particles together (`xx`, `yy`, `zz`, `xy`,
-    /// `xz`, `yz`) as exact sums of fixed-point numbers, over the cells of the block: [`Fluid::measure`].
-    pub fn measure<S: Population>(&mut self, fluid: &Fluid<S>, acceleration: [f64; 3]) -> (Flow, [i128; 6]) {
+    /// Flow as the next measuring sweep would find it, and the stresslets of the particles by their ids, over the cells of the block:
+    /// [`Fluid::measure`].
+    pub fn measure<S: Population>(
+        &mut self,
+        fluid: &Fluid<S>,
+        acceleration: [f64; 3],
+    ) -> (Flow, Vec<(u64, Stresslet)>) {
         self.find_cells();
-        with_method!(self.params.method, method => fluid.measure(acceleration, &self.solids(method)))
+        let (flow, stresslets) =
+            with_method!(self.params.method, method => fluid.measure(acceleration, &self.solids(method)));
+        (flow, self.bodies.iter().map(|body| body.id).zip(stresslets).collect())
     }
 
     /// [`Fluid::each_row`] with the mapped particles.

@@ -11,7 +11,7 @@ use super::simd::{Choose, Lanes, Registers, Single, Tally};
 use super::solid::{CHUNK, SolidModel};
 use super::solid_row::SolidRow;
 use super::walls::{WallRow, Walls};
-use super::{Flow, FlowRow, Fluid, SPEED_LIMIT, Simd};
+use super::{Flow, FlowRow, Fluid, SPEED_LIMIT, Simd, Stresslet};
 use crate::domain::Block;
 use crate::lattice::{C, Q};
 use crate::math::to_fixed;
@@ -293,7 +293,7 @@ macro_rules! compiled_for {
     };
     ($s:ty, $lanes:ty, $registers:ty, measure $measure:ident $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
-        fn $measure<M: SolidModel>(fluid: &Fluid<$s>, a: [f64; 3], solids: &BlockSolids<M>) -> (Flow, [i128; 6]) {
+        fn $measure<M: SolidModel>(fluid: &Fluid<$s>, a: [f64; 3], solids: &BlockSolids<M>) -> (Flow, Vec<Stresslet>) {
             // SAFETY: `$lanes` and `$registers` need the same instructions as this function.
             unsafe { measure_block::<$s, $lanes, $registers, M>(fluid, a, solids) }
         }
@@ -430,7 +430,7 @@ macro_rules! population {
                 fluid: &Fluid<Self>,
                 a: [f64; 3],
                 solids: &BlockSolids<M>,
-            ) -> (Flow, [i128; 6]) {
+            ) -> (Flow, Vec<Stresslet>) {
                 compiled_for!($s, $t, Single, measure scalar);
                 #[cfg(target_arch = "x86_64")]
                 {

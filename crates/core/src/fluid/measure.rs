@@ -1,8 +1,8 @@
 //! Measurement of all cells between two steps, equal to that of a measuring sweep, without changing anything; and the
-//! particle stresslet, for the stress of a suspension.
+//! stresslets of the particles, for the stress of a suspension.
 //!
 //! ```text
-//! S = sum over cells of (r g + g r) / 2 - tau Q,     r from the centre of the particle
+//! S = sum over cells of (r g + g r) / 2 - tau Q,     r from the centre of the particle, in cells of several its share
 //! tau Q = c Pi_neq    c = b in sc1, 1 - tau / T in sc3: what is reflected does not relax, so the solid itself carries stress
 //! tau Q = 0           sc2 and exact difference, except for terms of second order in u
 //! stress on plates = mu rate + (S_xz + contacts) / V - <rho u_x u_z>      exact in steady shear, both couplings, any grid
@@ -25,8 +25,7 @@ use super::{Flow, Fluid, Real};
 use crate::lattice::Q;
 use crate::math::to_fixed;
 
-/// Measures all rows of a block: the flow, and the stresslet of all particles (`xx`, `yy`, `zz`, `xy`, `xz`, `yz`) as exact
-/// sums of fixed-point numbers.
+/// Measures all rows of a block: the flow, and the stresslets of the bodies.
 ///
 /// # Safety
 /// The function that this is inlined into is compiled for the instructions of `R` and `V`, and the processor has them.
@@ -35,14 +34,14 @@ pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, V: Regi
     fluid: &Fluid<S>,
     acceleration: [f64; 3],
     solids: &BlockSolids<M>,
-) -> (Flow, [i128; 6]) {
+) -> (Flow, Vec<Stresslet>) {
     let ([nx, ny, nz], lo, layout) = (fluid.layout.size, fluid.block.lo, &fluid.layout);
     let (row, model) = (row_of(fluid, acceleration), solids.model);
     let mut solid = SolidRow::new(row.chunks);
     let zeros = || vec![S::Number::ZERO; row.chunks * CHUNK];
     let mut measured = Measured { momentum: std::array::from_fn(|_| zeros()) };
     let mut reflected = std::array::from_fn(|_| zeros());
-    let (mut flow, mut stresslet) = (Flow::default(), [0; 6]);
+    let (mut flow, mut stresslets) = (Flow::default(), vec![[0; 6]; solids.bodies.len()]);
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
         let walls = fluid.walls.row(y, z);
         solid.clear();
@@ -63,19 +62,25 @@ pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, V: Regi
         }
         observe_row(&measured, nx, [lo[0], lo[1] + y, lo[2] + z], &mut flow);
         flow.solid += i128::from(solid.fraction_total());
-        for x in (0..nx).filter(|&x| solid.is_used(x, 1) && solid.fraction[x] > S::Number::ZERO) {
-            for (sum, reflected) in stresslet.iter_mut().zip(&reflected) {
-                *sum -= i128::from(to_fixed(reflected[x].into()));
-            }
-        }
-        add_moments(solids, &solid, &mut stresslet);
+        add_stresslets(solids, &solid, &reflected, &mut stresslets);
     }
-    (flow, stresslet)
+    (flow, stresslets)
 }
 
-/// Adds the moments of `g` in a row about the centres of its bodies.
-fn add_moments<T: Real, M: SolidModel>(solids: &BlockSolids<M>, solid: &SolidRow<T>, sums: &mut [i128; 6]) {
+/// Stresslet of a body over the cells of a block as exact sums of fixed-point numbers: `xx`, `yy`, `zz`, `xy`, `xz`, `yz`.
+pub type Stresslet = [i128; 6];
+
+/// Adds the moments of `g` in a row about the centres of its bodies, less what they reflect.
+fn add_stresslets<T: Real, M: SolidModel>(
+    solids: &BlockSolids<M>,
+    solid: &SolidRow<T>,
+    reflected: &[Vec<T>; 6],
+    sums: &mut [Stresslet],
+) {
     solid.each_covered(|cover, x, _, share| {
+        if solid.fraction[x] <= T::ZERO {
+            return;
+        }
         let centre = solids.bodies[cover.body as usize].motion.centre;
         let n = cover.offset.map(f64::from);
         let [ry, rz] = [n[1] - centre[1], n[2] - centre[2]];
@@ -89,8 +94,8 @@ fn add_moments<T: Real, M: SolidModel>(solids: &BlockSolids<M>, solid: &SolidRow
             0.5 * (rx * fz + rz * fx),
             0.5 * (ry * fz + rz * fy),
         ];
-        for (sum, moment) in sums.iter_mut().zip(moments) {
-            *sum += i128::from(to_fixed(moment));
+        for ((sum, moment), reflected) in sums[cover.body as usize].iter_mut().zip(moments).zip(reflected) {
+            *sum += i128::from(to_fixed(moment)) - i128::from(to_fixed(share * reflected[x].into()));
         }
     });
 }

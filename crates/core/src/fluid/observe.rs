@@ -5,7 +5,7 @@ use super::buffer::Buffer;
 use super::simd::Single;
 use super::solid::SolidModel;
 use super::solid_row::SolidRow;
-use super::{Flow, FlowRow, Fluid, Population, WallLoad};
+use super::{Flow, FlowRow, Fluid, Population, Stresslet, WallLoad};
 use crate::comm::Comm;
 use crate::domain::Block;
 use crate::error::Result;
@@ -67,13 +67,13 @@ impl<S: Population> Fluid<S> {
         }
     }
 
-    /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of all particles
+    /// Flow that the next measuring [`sweep`](Self::sweep) would measure, to the bit, and the stresslet of each of the bodies
     /// ([`measure`](super::measure)); nothing changes, and no message is sent.
     pub fn measure<M: SolidModel>(
         &self,
         acceleration: [f64; 3],
         solids: &BlockSolids<M>,
-    ) -> (Flow, [i128; 6]) {
+    ) -> (Flow, Vec<Stresslet>) {
         S::measure(self, acceleration, solids)
     }
 

@@ -15,7 +15,7 @@ use super::dispatch::{Real, Sweep};
 use super::kernel::Operator;
 use super::simd::Lanes;
 use super::solid::SolidModel;
-use super::{Flow, FlowRow, Fluid};
+use super::{Flow, FlowRow, Fluid, Stresslet};
 use crate::domain::Block;
 use bytemuck::{Pod, Zeroable};
 use half::f16;
@@ -41,7 +41,7 @@ pub trait Population: Pod + Send + Sync {
         fluid: &Fluid<Self>,
         acceleration: [f64; 3],
         solids: &BlockSolids<M>,
-    ) -> (Flow, [i128; 6]);
+    ) -> (Flow, Vec<Stresslet>);
 
     #[doc(hidden)]
     fn each_row<M: SolidModel>(

@@ -86,7 +86,7 @@ fn bins_at_the_cut_of_a_sphere_have_the_volume_of_its_cap() {
     let profiles = Profiles::of(&setup).unwrap();
     // Half of the sphere is below 2 mm, where a bin ends.
     let mut found = [0.0; 4];
-    let profile = Profile { axis: 2, bins: 4, rings: None };
+    let profile = Profile { axis: 2, bins: 4, rings: None, hydrodynamic_stress: false };
     profiles.cut(&setup.particles[0], &profile, |bin, volume| found[bin] += volume);
     let half = 2.0 / 3.0 * PI * 1e-9;
     assert!((found[0] / half - 1.0).abs() < 1e-12 && (found[1] / half - 1.0).abs() < 1e-12, "{found:?}");

@@ -19,13 +19,14 @@ const VELOCITIES: Endings = &[
     ("fluid_velocity_y", "fluid, y"),
     ("fluid_velocity_z", "fluid, z"),
 ];
-const PROFILES: [Group; 6] = [
+const PROFILES: [Group; 7] = [
     ("solid fraction", "solid_fraction", ALONE),
     ("mean velocity", "", VELOCITIES),
     ("variance of the particle velocity", "particle_velocity_variance", DIAGONAL),
     ("angular velocity of the particles", "angular_velocity", VECTOR),
     ("pressure", "pressure", ALONE),
     ("stress by contacts", "contact_stress", TENSOR),
+    ("stress by the fluid", "hydrodynamic_stress", TENSOR),
 ];
 const DISPLACEMENT: Group = ("mean squared displacement", "mean_squared_displacement", VECTOR);
 const MEMORY: Group = ("velocity autocorrelation", "velocity_autocorrelation", VECTOR);
