@@ -47,6 +47,9 @@ const LARGE: [&str; 4] = [
 /// Those that lubrication knows, the last ones beside the first three.
 const LUBRICATED: [&str; 6] = [SHAPES[0], SHAPES[3], SHAPES[7], SHAPES[1], SHAPES[2], SHAPES[6]];
 
+/// Those without edges, which have a radius to roll on.
+const ROUND: [&str; 5] = [SHAPES[0], SHAPES[3], SHAPES[5], SHAPES[7], SHAPES[10]];
+
 const MOTIONS: [&str; 4] = [
     "motion = \"fixed\"\n",
     "motion = { velocity = [0.02, -0.01, 0.0], angular_velocity = [0, 40, 0], free = [\"z\"] }\n",
@@ -86,7 +89,9 @@ fn words(of: &str) -> &'static [String] {
                 schema["$defs"][of]["oneOf"].as_array().unwrap_or_else(|| panic!("the schema has {of}"));
             (of, words.iter().map(|word| word["const"].as_str().unwrap().to_owned()).collect())
         };
-        ["ElasticLaw", "DampingLaw", "FrictionLaw", "GeometryKind"].map(read).into()
+        ["ElasticLaw", "DampingLaw", "FrictionLaw", "RollingLaw", "TwistingLaw", "GeometryKind"]
+            .map(read)
+            .into()
     });
     &all[of]
 }
@@ -121,6 +126,7 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         .unwrap();
     }
     let lubricated = !dry && random.random_bool(0.25);
+    let round = !lubricated && random.random_bool(0.4);
     if random.random_bool(0.3) {
         // A rod that turns, anywhere between the cells, in the middle.
         let [y, z] = [1, 2].map(|a| 0.5 * size[a] + random.random_range(-5e-5..5e-5));
@@ -140,7 +146,8 @@ fn draw(random: &mut ChaCha8Rng) -> String {
     }
     for section in 0..random.random_range(1..4_u8) {
         let known = if section == 0 { &LUBRICATED[..3] } else { &LUBRICATED };
-        let shape = if lubricated { known.choose(random) } else { SHAPES.choose(random) }.unwrap();
+        let any = if round { &ROUND[..] } else { &SHAPES };
+        let shape = if lubricated { known.choose(random) } else { any.choose(random) }.unwrap();
         let (density, count) = (random.random_range(500.0..5000.0), random.random_range(1..12_u8));
         let seed = random.random_range(0..1000_u32);
         write!(
@@ -155,11 +162,11 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         }
     }
     if random.random_bool(0.25) {
-        let shape = LARGE[..if lubricated { 2 } else { 4 }].choose(random).unwrap();
+        let shape = LARGE[..if lubricated || round { 2 } else { 4 }].choose(random).unwrap();
         let place: [f64; 3] = std::array::from_fn(|_| random.random_range(0.0..1.4e-3));
         writeln!(text, "[[particles]]\nshape = {{ {shape} }}\ndensity = 2000\nlist = [{place:?}]").unwrap();
     }
-    if random.random_bool(0.1) {
+    if !round && random.random_bool(0.1) {
         let axis = random.random_range(0..3_usize);
         let (length, name) = (size[axis], ["x", "y", "z"][axis]);
         let side = format!("cuboid = {{ edges = [5e-4, 4e-4, {length}] }}");
@@ -186,17 +193,28 @@ fn draw(random: &mut ChaCha8Rng) -> String {
         ("law", "ElasticLaw"),
         ("damping", "DampingLaw"),
         ("friction", "FrictionLaw"),
+        ("rolling", "RollingLaw"),
+        ("twisting", "TwistingLaw"),
         ("geometry", "GeometryKind"),
     ] {
         // Lubrication knows closed forms only.
-        let known = |word: &&String| !lubricated || *word != "sampled";
+        let known = |word: &&String| match key {
+            "geometry" => !lubricated || *word != "sampled",
+            "rolling" => round || *word == "none",
+            _ => true,
+        };
         let word = words(of).iter().filter(known).choose(random).unwrap();
         writeln!(contact, "{key} = \"{word}\"").unwrap();
     }
     if contact.contains("sampled") {
         contact += "samples = 4\n";
     }
-    if substeps == 2 {
+    if round {
+        contact += "rolling_friction = 0.2\n";
+    }
+    if round && random.random_bool(0.3) {
+        contact += "cohesion = \"dmt\"\nwork_of_adhesion = 1e-5\n";
+    } else if substeps == 2 {
         contact += "cohesion = \"sjkr\"\ncohesion_density = 50\n";
     } else if text.matches("shape = {").count() == text.matches("shape = { sphere").count()
         && !text.contains("composite")
@@ -300,12 +318,12 @@ fn outcome(setup: &Setup, cut: &Decomposition) -> String {
 fn the_cases_that_are_drawn_have_every_shape_law_and_operator() {
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let texts: String = (0..200).map(|_| draw(&mut random)).collect();
-    let laws = ["ElasticLaw", "DampingLaw", "FrictionLaw", "GeometryKind"];
+    let laws = ["ElasticLaw", "DampingLaw", "FrictionLaw", "RollingLaw", "TwistingLaw", "GeometryKind"];
     let laws = laws.into_iter().flat_map(words).map(String::as_str);
     let operators = SolidOperator::ALL.iter().map(|operator| operator.name());
     let quoted = laws.chain(operators).map(|word| format!("\"{word}\""));
     for word in quoted
-        .chain(["[dry]", "\"sjkr\"", "\"inside\"", "\"outside\"", "\"both\""].map(str::to_owned))
+        .chain(["[dry]", "\"sjkr\"", "\"dmt\"", "\"inside\"", "\"outside\"", "\"both\""].map(str::to_owned))
         .chain(SPHERICAL.map(str::to_owned))
         .chain(SHAPES.into_iter().chain(LARGE).map(str::to_owned))
     {
