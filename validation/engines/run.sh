@@ -1,5 +1,5 @@
 #!/bin/sh
-# Cross-check of the engines, and of programs that drive Turbid: ENGINE.csv and ENGINE.png, and drivers.txt. Half an hour on one core.
+# Cross-check of the engines, and of programs that drive Turbid: ENGINE.csv and ENGINE.png, and drivers.txt. Ten minutes on one core.
 # Exit code 3 if a check misses its tolerance; the results are written all the same.
 #
 # ENGINES  those to take: lammps yade python, and with a program that has it liggghts (default: the first three)

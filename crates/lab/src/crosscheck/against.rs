@@ -51,6 +51,8 @@ const KNOWN: &[(&str, &str, &str, f64, f64, &str)] = &[
     ("yade", "force-history", "whole history", 0.0, 0.14, NO_PULL),
     ("yade", "force-history", "force off the law", 0.0, 0.14, NO_PULL),
     ("yade", "force-history", "end of the contact", 0.0, 13.0, NO_PULL),
+    ("yade", "sticking", "velocities", 0.0, 9e-3, UNSCALED),
+    ("yade", "sticking", "spins", 0.0, 2e-2, UNSCALED),
     ("lammps", "sticking", "velocities", 0.0, 3e-3, DASHPOT),
     ("lammps", "sticking", "spins", 0.0, 6e-3, DASHPOT),
     ("python", "free-flight", "position", 0.0, 2.5e-4, HALF_A_STEP),
@@ -61,6 +63,7 @@ const SOFT_WALL: &str = "YADE takes a wall for a sphere of the same radius, so t
 const FITTED: &str = "YADE's force never pulls; its fit of the damping to the restitution, which allows for that, is good to 2e-3";
 const NO_PULL: &str =
     "YADE's force never pulls, so its damping is stronger for the same restitution; most at e = 0.5";
+const UNSCALED: &str = "YADE's spring of friction keeps its force where the contact shrinks (1.3e-2 at e = 1), and its damping is stronger for the same restitution";
 const DASHPOT: &str = "LAMMPS's sliding velocity has the whole radius for a lever (5e-4 at e = 1), and where it slides its spring has Coulomb's limit less the dashpot";
 const HALF_A_STEP: &str = "positions move with the velocity after the kick: half a step ahead";
 

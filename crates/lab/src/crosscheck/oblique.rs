@@ -224,8 +224,8 @@ pub(super) fn sliding(against: &Against, findings: &mut Findings) -> Result<()> 
 
 /// Angles at which surfaces stick for all or part of the impact; and resistance to rolling and cohesion, which an engine may have.
 pub(super) fn sticking(against: &Against, findings: &mut Findings) -> Result<()> {
-    // LAMMPS has the law of the native engine, too (`mindlin_rescale/force`).
-    let law = if against.name.id == "lammps" { FrictionLaw::Mindlin } else { SAME.2 };
+    // LAMMPS has the law of the native engine, too (`mindlin_rescale/force`), and YADE that without the shrinking of the spring.
+    let law = if ["lammps", "yade"].contains(&against.name.id) { FrictionLaw::Mindlin } else { SAME.2 };
     let throw = |what, degrees: f64, restitution, rolling| {
         let plane = Throw::plane(what, [1.0, degrees.to_radians().tan()], 0.3);
         Throw { restitution, rolling, law, ..plane }
