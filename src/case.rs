@@ -183,6 +183,11 @@ impl Setup {
         walls.filter(|(_, wall)| is_open(wall)).map(|(n, _)| n).collect()
     }
 
+    /// Number of the `[[particles]]` sections.
+    pub(crate) fn section_count(&self) -> usize {
+        self.sections.iter().map(|section| section + 1).max().unwrap_or(0)
+    }
+
     /// The `[[particles]]` sections whose motion is prescribed, at least in part, ascending.
     pub fn prescribed_sections(&self) -> Vec<usize> {
         let of_each = self.sections.iter().zip(&self.motions);

@@ -84,9 +84,12 @@ pub fn angle(sector: usize) -> usize {
     (180 * sector + 90) / SECTORS
 }
 
-/// The pairs of sections of particles that have distributions of their own; none with one section, or more than six.
+/// Most sections of particles whose pairs have distributions of their own.
+pub const MOST_SECTIONS: usize = 6;
+
+/// The pairs of sections of particles that have distributions of their own; none with one section, or too many.
 pub fn kinds(sections: usize) -> impl Iterator<Item = [usize; 2]> {
-    let all = if (2..=6).contains(&sections) { sections } else { 0 };
+    let all = if (2..=MOST_SECTIONS).contains(&sections) { sections } else { 0 };
     (0..all).flat_map(move |a| (a..all).map(move |b| [a, b]))
 }
 

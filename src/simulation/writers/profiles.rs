@@ -69,7 +69,7 @@ impl<'a> Profiles<'a> {
         }
         let parts =
             setup.templates.iter().map(|template| template.parts().map(CutPart::new).collect()).collect();
-        let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
+        let sections = setup.section_count();
         let files = files_of(setup);
         let table = Table::new(files.table(directory::PROFILES), profiles::head(sections));
         let rings = setup.plan.output.profiles.iter().any(|profile| profile.rings.is_some());

@@ -106,7 +106,7 @@ impl<'a> StructureWriter<'a> {
         let plan = setup.plan.output.structure?;
         let files = files_of(setup);
         let waves = plan.shortest_wave.map(|shortest| Waves::new(setup.domain, shortest));
-        let sections = setup.sections.iter().map(|section| section + 1).max().unwrap_or(0);
+        let sections = setup.section_count();
         let heads = [
             (directory::STRUCTURE, COLUMNS.clone()),
             (directory::PAIR_DISTRIBUTION, pair_head(plan.plane.is_some(), sections)),
@@ -195,7 +195,10 @@ impl<'a> StructureWriter<'a> {
         let (domain, width) = (self.setup.domain, reach / bins as f64);
         let (own, first_kind) = (centres.len(), self.on_kinds() - COUNTS);
         centres.extend(others.iter().map(|(centre, _)| centre));
-        let kind_of = KindOf::new(self.sections);
+        let mut kind_of = vec![None; self.sections * self.sections];
+        for (kind, [a, b]) in kinds(self.sections).enumerate() {
+            (kind_of[a * self.sections + b], kind_of[b * self.sections + a]) = (Some(kind), Some(kind));
+        }
         let mut counts = vec![0.0; self.on_forces() - COUNTS];
         let mut nearest = vec![f64::INFINITY; own];
         each_pair(&domain, &centres, own, reach, |[i, j], way, distance| {
@@ -212,7 +215,7 @@ impl<'a> StructureWriter<'a> {
             if let Some(sector) = plane.and_then(|plane| sector(way, plane)) {
                 counts[bins + bin * SECTORS + sector] += mine;
             }
-            if let Some(kind) = kind_of.pair([sections[i], sections[j]]) {
+            if let Some(kind) = kind_of[sections[i] * self.sections + sections[j]] {
                 counts[first_kind + kind * bins + bin] += mine;
             }
         });
@@ -354,23 +357,6 @@ impl<'a> StructureWriter<'a> {
 fn untold(sums: &mut Sums) {
     for of in [TOUCHES, LOOSE, HOLDING, CLUSTERS, SQUARES] {
         sums.add(of, &[f64::NAN]);
-    }
-}
-
-/// Numbers of the pairs of sections.
-struct KindOf(Vec<Option<usize>>, usize);
-
-impl KindOf {
-    fn new(sections: usize) -> Self {
-        let mut numbers = vec![None; sections * sections];
-        for (kind, [a, b]) in kinds(sections).enumerate() {
-            (numbers[a * sections + b], numbers[b * sections + a]) = (Some(kind), Some(kind));
-        }
-        Self(numbers, sections)
-    }
-
-    fn pair(&self, [a, b]: [usize; 2]) -> Option<usize> {
-        self.0[a * self.1 + b]
     }
 }
 

@@ -3,7 +3,7 @@
 use super::figures::{ALONE, Endings, TENSOR, VECTOR};
 use crate::report::section::Section;
 use turbid::output::numbers::number;
-use turbid::output::structure::{SECTORS, angle};
+use turbid::output::structure::{MOST_SECTIONS, SECTORS, angle, kinds, of_kinds};
 use turbid::output::{SeriesColumn, SeriesTable};
 use turbid_plot::{Axis, Chart, Point, Series, Style, literal};
 
@@ -50,6 +50,18 @@ fn curves(table: &SeriesTable, x: &[f64], rows: &[usize], values: &[(&SeriesColu
     values.iter().filter_map(curve).collect()
 }
 
+/// Adds a figure, if there is something in it.
+fn figure(section: &mut Section, name: &str, title: &str, [x, y]: [Axis; 2], series: Vec<Series>) {
+    if series.is_empty() {
+        return;
+    }
+    let mut chart = Chart::new(format!("{}: {title}", literal(&section.title)), x, y, series);
+    chart.note = NOTE.to_string();
+    let mut heading = title.to_string();
+    heading[..1].make_ascii_uppercase();
+    section.figure(name, &heading, chart.figure(), "");
+}
+
 /// Adds a figure of each group of columns over an abscissa, both axes of which may be logarithmic.
 fn groups(
     section: &mut Section,
@@ -67,21 +79,11 @@ fn groups(
         });
         let named: Vec<_> = named.collect();
         let series = curves(table, x, rows, &named);
-        let Some(unit) = named.first().map(|(column, _)| &column.unit).filter(|_| !series.is_empty()) else {
-            continue;
-        };
+        let Some(unit) = named.first().map(|(column, _)| &column.unit) else { continue };
         let of = if what.is_empty() { String::new() } else { format!(" {what}") };
-        let mut chart = Chart::new(
-            format!("{}: {title}{of}", literal(&section.title)),
-            Axis::new(label, logarithmic),
-            Axis::new(format!("{title} ({unit})"), logarithmic),
-            series,
-        );
-        chart.note = NOTE.to_string();
+        let axes = [Axis::new(label, logarithmic), Axis::new(format!("{title} ({unit})"), logarithmic)];
         let name = format!("{prefix}{}", title.replace(' ', "_"));
-        let mut heading = format!("{title}{of}");
-        heading[..1].make_ascii_uppercase();
-        section.figure(&name, &heading, chart.figure(), "");
+        figure(section, &name, &format!("{title}{of}"), axes, series);
     }
 }
 
@@ -116,18 +118,9 @@ pub(super) fn forces(section: &mut Section, means: &SeriesTable) {
     let rows: Vec<usize> = (0..x.len()).filter(|&row| density[row] > 0.0).collect();
     let column = means.columns.iter().find(|column| column.name == "probability_density");
     let series = column.map(|column| curves(means, x, &rows, &[(column, "")])).unwrap_or_default();
-    if series.is_empty() {
-        return;
-    }
-    let title = "Distribution of the normal forces of contacts";
-    let mut chart = Chart::new(
-        format!("{}: {}", literal(&section.title), title.to_lowercase()),
-        Axis::new("normal force over its mean (-)", false),
-        Axis::new("probability density (-)", true),
-        series,
-    );
-    chart.note = NOTE.to_string();
-    section.figure("contact_forces", title, chart.figure(), "");
+    let axes =
+        [Axis::new("normal force over its mean (-)", false), Axis::new("probability density (-)", true)];
+    figure(section, "contact_forces", "distribution of the normal forces of contacts", axes, series);
 }
 
 /// Adds the figure of the structure factor.
@@ -138,27 +131,16 @@ pub(super) fn factors(section: &mut Section, means: &SeriesTable) {
 
 /// Adds the figure of the pair distributions of pairs of sections, if there are several.
 fn pairs_of_sections(section: &mut Section, means: &SeriesTable, x: &[f64]) {
-    let named = means.columns.iter().filter_map(|column| {
-        let (a, b) = column.name.strip_prefix("pair_distribution_particles.")?.split_once("_particles.")?;
-        let whole = b.bytes().all(|digit| digit.is_ascii_digit());
-        whole.then(|| (column, format!("particles {a} and {b}")))
+    let named = kinds(MOST_SECTIONS).filter_map(|[a, b]| {
+        let column = means.columns.iter().find(|column| column.name == of_kinds([a, b]))?;
+        Some((column, format!("particles {a} and {b}")))
     });
     let named: Vec<_> = named.collect();
     let rows: Vec<usize> = (0..x.len()).collect();
     let columns: Vec<_> = named.iter().map(|(column, label)| (*column, label.as_str())).collect();
     let series = curves(means, x, &rows, &columns);
-    if series.is_empty() {
-        return;
-    }
-    let title = "Pair distribution by sections of particles";
-    let mut chart = Chart::new(
-        format!("{}: {}", literal(&section.title), title.to_lowercase()),
-        Axis::new("distance of the centres (m)", false),
-        Axis::new("pair distribution (-)", false),
-        series,
-    );
-    chart.note = NOTE.to_string();
-    section.figure("pairs_of_sections", title, chart.figure(), "");
+    let axes = [Axis::new("distance of the centres (m)", false), Axis::new("pair distribution (-)", false)];
+    figure(section, "pairs_of_sections", "pair distribution by sections of particles", axes, series);
 }
 
 /// Adds the figures of the pair distribution: over the distance, of pairs of sections, and by direction where it is largest.
@@ -179,12 +161,10 @@ pub(super) fn pairs(section: &mut Section, means: &SeriesTable) {
     if points.is_empty() {
         return;
     }
-    let mut chart = Chart::new(
-        format!("{}: pair distribution by direction", literal(&section.title)),
+    let axes = [
         Axis::new("angle of the pair in the plane (degrees)", false),
         Axis::new(format!("pair distribution at {} m (-)", number(x[peak], 3)), false),
-        vec![Series { label: String::new(), style: Style::Measured, points }],
-    );
-    chart.note = NOTE.to_string();
-    section.figure("pair_directions", "Pair distribution by direction", chart.figure(), "");
+    ];
+    let series = vec![Series { label: String::new(), style: Style::Measured, points }];
+    figure(section, "pair_directions", "pair distribution by direction", axes, series);
 }
