@@ -44,8 +44,9 @@ pub use shapes::{
 pub use start::{FluidStart, PoiseuilleSection, ShearSection, TaylorGreenSection};
 pub use statistics::{DynamicsSection, PlaneName, ProfileSection, StructureSection};
 pub use walls::{
-    DiscSection, FACES, FaceSection, InletSection, OutletSection, PatchSection, PlaneSection, ProfileKind,
-    RectangleSection, RoundSection, SideKind, WallMeshSection, WallSection, WallShape,
+    DiscSection, FACES, FaceSection, GivenProfile, InletProfileSection, InletSection, OutletSection,
+    PatchSection, PatchesSection, PlaneSection, ProfileKind, RectangleSection, RoundSection, SideKind,
+    WallMeshSection, WallSection, WallShape,
 };
 
 /// Remedy for a dynamic viscosity.

@@ -1,17 +1,22 @@
 //! Faces of the box that are no walls for the fluid: inlets, outlets, and planes of symmetry.
 
 mod patch;
+mod profile;
 
 use super::Setup;
 use super::checks::Document;
-use super::file::{FACES, FaceSection, InletSection, ProfileKind, VariableVector, VectorSection};
-use super::walls::{PlacedWall, bounds_of_mesh};
+use super::file::{
+    FACES, FaceSection, GivenProfile, InletProfileSection, InletSection, ProfileKind, VariableVector,
+    VectorSection,
+};
+use super::walls::PlacedWall;
 use crate::domain::{Domain, Face};
 use crate::error::Result;
-use crate::math::{Patch, Profile, TimeFunction, Vec3};
+use crate::math::{Patch, Profile, TimeFunction};
 use crate::units::Units;
-use crate::wall::{Inlet, Surface};
+use crate::wall::Inlet;
 use patch::{parabola_of, patch};
+use profile::{parabola, table};
 use std::collections::BTreeMap;
 
 /// Largest density of an outlet over the reference, minus 1: the pressure is linear in the density.
@@ -56,7 +61,7 @@ pub(super) fn open_faces(
         let Some(section) = section else { continue };
         let found = patch(document, domain, walls, (n, &key(n, "outlet.patch")), section)?;
         if let Face::Outlet { patch, .. } = &mut domain.faces[n] {
-            // For good: a few bytes of each case that has one.
+            // For good: a few bytes, of a list some kB, of each case that has one.
             *patch = Some(Box::leak(Box::new(found.scaled(1.0 / domain.dx))));
         }
     }
@@ -66,10 +71,15 @@ pub(super) fn open_faces(
         let Some(section) = sections[n].and_then(|section| section.inlet.as_ref()) else { continue };
         let of_patch = |section| patch(document, domain, walls, (n, &key(n, "inlet.patch")), section);
         let patch = section.patch.as_ref().map(of_patch).transpose()?;
-        let profile = match (section.profile, &patch) {
-            (ProfileKind::Uniform, _) => Profile::Uniform,
-            (ProfileKind::Parabolic, None) => parabola(document, domain, walls, n)?,
-            (ProfileKind::Parabolic, Some(patch)) => parabola_of(domain, patch),
+        let profile = match (&section.profile, &patch) {
+            (InletProfileSection::Named(ProfileKind::Uniform), _) => Profile::Uniform,
+            (InletProfileSection::Named(ProfileKind::Parabolic), None) => {
+                parabola(document, domain, walls, n)?
+            }
+            (InletProfileSection::Named(ProfileKind::Parabolic), Some(patch)) => parabola_of(domain, patch),
+            (InletProfileSection::Given(GivenProfile::Table(rows)), _) => {
+                table(document, domain, &key(n, "inlet.profile.table"), n, rows)?
+            }
         };
         let velocity = velocity(document, &key(n, "inlet.velocity"), section, n)?;
         inlets.insert(number, Inlet { velocity, profile, patch });
@@ -122,8 +132,23 @@ impl Setup {
                     Some(v) => (v, ""),
                     None => (velocity.largest(), "varying, at most "),
                 };
-                let profile = if *profile == Profile::Uniform { "uniform" } else { "parabolic" };
-                let of = self.part_of_face(face, patch.map(|patch| patch.scaled(1.0 / self.domain.dx)));
+                let profile = match profile {
+                    Profile::Uniform => "uniform".to_string(),
+                    Profile::Parabolic(_) | Profile::Round { .. } | Profile::Each(_) => {
+                        "parabolic".to_string()
+                    }
+                    Profile::Table { grid, .. } => {
+                        let [width, height] = grid.points.each_ref().map(Vec::len);
+                        format!(
+                            "table of {width} x {height} points with factors up to {:.3e}",
+                            profile.largest()
+                        )
+                    }
+                };
+                let of = self.part_of_face(
+                    face,
+                    patch.as_ref().map(|patch| patch.scaled(1.0 / self.domain.dx)).as_ref(),
+                );
                 Some(format!("inlet{of}, {profile}, {varies}({:.3e}, {:.3e}, {:.3e}) m/s", v.x, v.y, v.z))
             }
             Face::Outlet { excess, relaxation, patch } => {
@@ -132,7 +157,7 @@ impl Setup {
                     Some(varying) => (varying.largest().x, "varying, at most "),
                     None => (excess * self.units().pressure(), ""),
                 };
-                let of = self.part_of_face(face, patch.copied());
+                let of = self.part_of_face(face, patch);
                 Some(format!("outlet{of}, pressure {varies}{pressure:.3e} Pa{absorbs}"))
             }
             Face::FreeSlip => Some("free slip".to_string()),
@@ -143,8 +168,8 @@ impl Setup {
 
 impl Setup {
     /// Says that an inlet or outlet has only a part of its face, lengths in cells.
-    fn part_of_face(&self, face: usize, patch: Option<Patch>) -> String {
-        let count = patch.map(|patch| patch::cells(&self.domain, face, &patch).count());
+    fn part_of_face(&self, face: usize, patch: Option<&Patch>) -> String {
+        let count = patch.map(|patch| patch::cells(&self.domain, face, patch).count());
         count.map_or_else(String::new, |count| format!(", {count} cells of the face"))
     }
 
@@ -224,85 +249,11 @@ fn velocity(
     Ok(function)
 }
 
-/// The profile of a flow between the walls round a face.
-fn parabola(document: &Document, domain: &Domain, walls: &[PlacedWall], face: usize) -> Result<Profile> {
-    let (normal, size) = (face / 2, domain.size());
-    // A rod across the flow, or a mesh, that does not reach the face has no part in the profile there.
-    let end = if face.is_multiple_of(2) { 0.0 } else { size[normal] };
-    let is_behind = |surface: &Surface| match surface {
-        Surface::Cylinder { point, axis, radius, pipe: false } => {
-            axis[normal].abs() < 1e-9 && (point[normal] - end).abs() >= *radius
-        }
-        Surface::Mesh(placed) => {
-            let [low, high] = bounds_of_mesh(placed).map(|corner| corner[normal]);
-            if face.is_multiple_of(2) { low > end } else { high < end }
-        }
-        _ => false,
-    };
-    let listed = walls.iter().filter(|placed| !placed.is_face).map(|placed| &placed.wall.surface);
-    let listed: Vec<&Surface> = listed.filter(|surface| !is_behind(surface)).collect();
-    match listed[..] {
-        [] => {}
-        [&Surface::Cylinder { point, axis, radius, pipe: true }]
-            if axis.cross(&Vec3::ith(normal, 1.0)).norm() < 1e-9 =>
-        {
-            let least = 1e-9 * radius;
-            let fits = |a: usize| {
-                let half =
-                    |end: usize, to: f64| to.abs() < least && domain.faces[2 * a + end] == Face::FreeSlip;
-                let [below, above] = [point[a], size[a] - point[a]];
-                (below >= radius - least || half(0, below)) && (above >= radius - least || half(1, above))
-            };
-            if !(0..3).filter(|&a| a != normal).all(fits) {
-                let what = "the pipe is not whole in the box, nor halved by a plane of symmetry";
-                return Err(no_parabola(document, face, what));
-            }
-            return Ok(Profile::Round { centre: point.into(), axis: normal, radius });
-        }
-        _ => {
-            return Err(no_parabola(
-                document,
-                face,
-                "the walls in the box are not one pipe along its normal",
-            ));
-        }
-    }
-    let beside = (0..6).filter(|n| n / 2 != normal && !domain.is_periodic(n / 2));
-    for n in beside {
-        let of_face = |placed: &&PlacedWall| placed.is_face && placed.wall.name == FACES[n];
-        let rests = walls.iter().find(of_face).is_some_and(|placed| placed.wall.motion.rests());
-        if domain.faces[n].is_open() || !rests {
-            let what = format!("the face \"{}\" beside it is no wall at rest", FACES[n]);
-            return Err(no_parabola(document, face, &what));
-        }
-    }
-    let between: [Option<[f64; 2]>; 3] = std::array::from_fn(|a| {
-        let slips = [0, 1].map(|side| domain.faces[2 * a + side] == Face::FreeSlip);
-        let length = size[a];
-        match slips {
-            _ if a == normal || domain.is_periodic(a) => None,
-            [true, true] => None,
-            [false, false] => Some([0.0, length]),
-            [false, true] => Some([0.0, 2.0 * length]),
-            [true, false] => Some([-length, 2.0 * length]),
-        }
-    });
-    if between == [None; 3] {
-        return Err(no_parabola(document, face, "no direction along it has walls"));
-    }
-    Ok(Profile::Parabolic(between))
-}
-
-fn no_parabola(document: &Document, face: usize, what: &str) -> crate::error::Error {
-    let key = format!("domain.faces.{}.inlet.profile", FACES[face]);
-    let title = format!("`{key}` is \"parabolic\", the flow between walls or in a pipe, but {what}");
-    document.error(&key, &title, "no such profile", "take \"uniform\"")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::case::from_text;
+    use crate::math::Vec3;
 
     fn setup(faces: &str, more: &str) -> Setup {
         let text = format!(
@@ -368,6 +319,46 @@ mod tests {
         assert!(
             described[1].starts_with("outlet, 100 cells of the face, pressure varying, at most 2.000e-2")
         );
+    }
+
+    #[test]
+    fn an_inlet_has_a_table_over_its_face_or_a_parabola_in_each_of_several_parts() {
+        let faces = "{ x-.inlet = { velocity = [2e-3, 0, 0], \
+                     profile.table = [[0, 4e-3, 1.2], [0, 0, 0.4], [4e-3, 0, 0], [4e-3, 4e-3, -2]] }, \
+                     \"x+\".outlet.patch = [{ disc = { centre = [8e-3, 1e-3, 2e-3], diameter = 1.2e-3 } }, \
+                     { rectangle = { lower = [8e-3, 2e-3, 0], upper = [8e-3, 4e-3, 1e-3] } }], \
+                     \"z+\".inlet = { velocity = [0, 0, -1e-3], profile = \"parabolic\", patch = [\
+                     { rectangle = { lower = [0, 1e-3, 4e-3], upper = [2e-3, 2e-3, 4e-3] } }, \
+                     { disc = { centre = [6e-3, 2e-3, 4e-3], diameter = 2e-3 } }] } }";
+        let mut setup = setup(faces, "");
+        let factors = [[0.0, 0.0], [4e-3, 4e-3], [2e-3, 1e-3]]
+            .map(|[y, z]| setup.inlets[&0].profile.at([9.0, y, z], [0.0; 3]));
+        for (factor, expected) in factors.into_iter().zip([0.4, -2.0, 0.05]) {
+            assert!((factor - expected).abs() < 1e-14, "{factor} {expected}");
+        }
+        let described: Vec<_> = setup.walls.iter().enumerate().map(|(n, _)| setup.passage(n)).collect();
+        let text = |n: usize| described[n].clone().unwrap_or_default();
+        assert!(
+            text(0).starts_with("inlet, table of 2 x 2 points with factors up to 2.000e0, (2.000e-3"),
+            "{}",
+            text(0)
+        );
+        // 32 centres of cells in a circle of 6 cells, and 10 x 5 cells.
+        assert!(text(1).starts_with("outlet, 82 cells of the face, "), "{}", text(1));
+        assert!(text(3).starts_with("inlet, 130 cells of the face, parabolic"), "{}", text(3));
+        let top = &setup.inlets[&3].profile;
+        for (at, expected) in [
+            ([1e-3, 1.5e-3, 0.0], 2.25),
+            ([6e-3, 2e-3, 0.0], 2.0),
+            ([6e-3, 2.5e-3, 0.0], 1.5),
+            ([4e-3, 2e-3, 0.0], 0.0),
+        ] {
+            assert!((top.at(at, at) - expected).abs() < 1e-12, "{at:?}");
+        }
+        let identity = |setup: &Setup| crate::simulation::identity(setup).to_string();
+        let before = identity(&setup);
+        setup.inlets.get_mut(&0).unwrap().profile = Profile::Uniform;
+        assert_ne!(before, identity(&setup));
     }
 
     #[test]

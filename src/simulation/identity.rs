@@ -18,7 +18,7 @@ use crate::contact::{ContactModel, ElasticLaw, FrictionLaw, Geometry};
 use crate::coupling::{ForceBalance, Method};
 use crate::domain::Face;
 use crate::fluid::Collision;
-use crate::math::{Patch, Profile, TimeFunction, Vec3};
+use crate::math::{Grid, Patch, Profile, TimeFunction, Vec3};
 use crate::packing::insertion::{Bodies, Region};
 use crate::particle::{PrescribedMotion, Template};
 use crate::wall::{Inlet, PlacedMesh, Surface, Wall};
@@ -303,6 +303,7 @@ fn patch_of(patch: &Patch) -> Json {
     match patch {
         Patch::Disc { centre, axis, radius } => json!({ "axis": axis, "centre": centre, "radius": radius }),
         Patch::Rectangle { lower, upper, axis } => json!({ "axis": axis, "lower": lower, "upper": upper }),
+        Patch::Several(parts) => parts.iter().map(patch_of).collect(),
     }
 }
 
@@ -342,18 +343,29 @@ fn removal(removal: &Removal) -> Json {
 }
 
 fn inlet_of(Inlet { velocity, profile, patch }: &Inlet) -> Json {
-    let profile = match profile {
+    let mut inlet = json!({ "profile": profile_of(profile), "velocity": function(velocity) });
+    if let Some(patch) = patch {
+        inlet["patch"] = patch_of(patch);
+    }
+    inlet
+}
+
+fn profile_of(profile: &Profile) -> Json {
+    match profile {
         Profile::Uniform => json!("uniform"),
         Profile::Parabolic(walls) => json!({ "parabolic": walls }),
         Profile::Round { centre, axis, radius } => {
             json!({ "axis": axis, "centre": centre, "radius": radius })
         }
-    };
-    let mut inlet = json!({ "profile": profile, "velocity": function(velocity) });
-    if let Some(patch) = patch {
-        inlet["patch"] = patch_of(patch);
+        Profile::Table { grid, unit } => {
+            let Grid { axes, points, values } = &**grid;
+            json!({ "axes": axes, "points": points, "unit": unit, "values": values })
+        }
+        Profile::Each(parts) => parts
+            .iter()
+            .map(|(patch, part)| json!({ "patch": patch_of(patch), "profile": profile_of(part) }))
+            .collect(),
     }
-    inlet
 }
 
 fn surface_of(surface: &Surface) -> Json {

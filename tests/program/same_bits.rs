@@ -69,11 +69,14 @@ fn crossing() -> String {
     case("size = [4e-3, 4e-3, 4e-3]", &particles, "[driving]\ngravity = 0.0")
 }
 
-/// Spheres and cubes that come into a jet from an inlet to an outlet, parts of their faces, and go at the outlet, whose pressure varies.
+/// Spheres and cubes that come into two jets from an inlet to an outlet, parts of their faces, and go at the outlet, whose pressure varies; more
+/// fluid comes in through the top, the faster the further it is along x.
 fn open() -> String {
-    let faces = "x- = { inlet = { velocity = [0.05, 0, 0], profile = \"parabolic\", patch = { disc = { centre = [0, 1.2e-3, 1.2e-3], diameter = 1.8e-3 } } } }, \
+    let faces = "x- = { inlet = { velocity = [0.05, 0, 0], profile = \"parabolic\", patch = [{ disc = { centre = [0, 1.2e-3, 1.2e-3], diameter = 1.8e-3 } }, \
+                 { rectangle = { lower = [0, 0, 2.1e-3], upper = [0, 1e-3, 2.3e-3] } }] } }, \
                  \"x+\" = { outlet = { pressure = { table = [[0, 0], [0.01, 2], [0.02, -1]] }, absorbs_sound = true, \
-                 patch = { rectangle = { lower = [0, 2e-4, 4e-4], upper = [0, 2.2e-3, 2e-3] } } } }, z- = { free_slip = true }";
+                 patch = { rectangle = { lower = [0, 2e-4, 4e-4], upper = [0, 2.2e-3, 2e-3] } } } }, z- = { free_slip = true }, \
+                 \"z+\" = { inlet = { velocity = [0, 0, -0.02], profile = { table = [[0, 0, 0], [4e-3, 0, 1]] } } }";
     let insertion = |kind: usize, rate: f64| {
         format!(
             "[[insertion]]\nkind = {kind}\nregion = {{ lower = [1e-3, 4e-4, 4e-4], upper = [3.4e-3, 2e-3, 2e-3] }}\n\

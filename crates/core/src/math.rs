@@ -5,7 +5,7 @@ mod reproducible;
 mod time_function;
 
 pub use nalgebra;
-pub use profile::{Patch, Profile};
+pub use profile::{Grid, Patch, Profile};
 pub use reproducible::{ReproducibleSum, magnitude};
 pub use time_function::TimeFunction;
 

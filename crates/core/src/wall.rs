@@ -247,7 +247,7 @@ impl Motion {
 /// Fluid that comes in through a face of the box, which is a wall at rest for bodies.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inlet {
-    /// Mean velocity over the face or its patch (m/s), along its normal.
+    /// Mean velocity over the face or its patch (m/s), of a table what its factors multiply; along its normal.
     pub velocity: TimeFunction,
     /// Profile over the face, lengths in m.
     pub profile: Profile,

@@ -50,14 +50,24 @@ pub struct FaceSection {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct InletSection {
-    /// Mean velocity over the face or its patch (m/s), along its normal: `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
+    /// Mean velocity over the face or its patch (m/s), or with a table as `profile` what its factors multiply, along its normal: `[x, y, z]`, `{ oscillation = { amplitude = [...], frequency = ... } }` or
     /// `{ table = [[t, x, y, z], ...] }`.
     pub velocity: VectorSection,
-    /// Profile of the velocity over the face. Default "uniform".
+    /// Profile of the velocity over the face: "uniform", "parabolic" or `{ table = [[a, b, factor], ...] }`. Default "uniform".
     #[serde(default)]
-    pub profile: ProfileKind,
-    /// Part of the face that it has; the rest is a no-slip wall at rest. Default: the whole face.
-    pub patch: Option<PatchSection>,
+    pub profile: InletProfileSection,
+    /// Part of the face that it has, or a list of parts; the rest is a no-slip wall at rest. Default: the whole face.
+    pub patch: Option<PatchesSection>,
+}
+
+/// Parts of a face.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum PatchesSection {
+    /// One.
+    One(PatchSection),
+    /// Several, which have no cell in common.
+    Several(Vec<PatchSection>),
 }
 
 /// Part of a face, which has the cells whose centres it has. Coordinates along the normal have no effect.
@@ -92,6 +102,31 @@ pub struct RectangleSection {
 }
 
 /// Profile of the velocity over an inlet.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum InletProfileSection {
+    /// By its name.
+    Named(ProfileKind),
+    /// By its values.
+    Given(GivenProfile),
+}
+
+impl Default for InletProfileSection {
+    fn default() -> Self {
+        Self::Named(ProfileKind::Uniform)
+    }
+}
+
+/// Values of a profile.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum GivenProfile {
+    /// Rows `[a, b, factor]`: both coordinates along the face (m; x before y before z), and the factor by which the velocity is multiplied there.
+    /// The points form a rectangular grid, in any order; linear between them, constant beyond.
+    Table(Vec<[f64; 3]>),
+}
+
+/// Profile of the velocity over an inlet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ProfileKind {
@@ -111,8 +146,8 @@ pub struct OutletSection {
     /// `{ oscillation = { amplitude = ..., frequency = ... } }` or `{ table = [[t, p], ...] }`. Default 0.
     #[serde(default)]
     pub pressure: ScalarSection,
-    /// Part of the face that it has; the rest is a no-slip wall at rest. Default: the whole face.
-    pub patch: Option<PatchSection>,
+    /// Part of the face that it has, or a list of parts; the rest is a no-slip wall at rest. Default: the whole face.
+    pub patch: Option<PatchesSection>,
     /// Lets sound leave instead of reflecting it; the pressure then differs from this where the velocity changes within the time that
     /// sound takes to cross the box a few times. Default false.
     #[serde(default)]

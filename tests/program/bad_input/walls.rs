@@ -408,6 +408,78 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         ),
         (
             SIZE,
+            closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ patch = [] }} }}")),
+            &["bad.toml:7:", "`domain.faces.z+.outlet.patch` is an empty list", "whole face"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "{inlet}\n\"z+\" = {{ outlet = {{ patch = [{{ disc = {{ centre = [1e-3, 1e-3, 0], diameter = 1e-3 }} }}, \
+                 {{ rectangle = {{ lower = [0, 0, 0], upper = [1e-3, 1e-3, 0] }} }}] }} }}"
+            )),
+            &["bad.toml:7:", "`domain.faces.z+.outlet.patch.1` has cells that part 0 of the list has, too", "move it"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, 1], [1e-3, 0, 1], [0, 1e-3, 1]] }} }} }}\n{outlet}"
+            )),
+            &[
+                "bad.toml:6:",
+                "the points of `domain.faces.z-.inlet.profile.table` form no grid",
+                "(x, y) = (0.001, 0.001) m of 2 x 2 points is missing",
+                "one row for each pair of a value of x and one of y",
+            ],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, 1], [0, 0, 2]] }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "form no grid: (x, y) = (0, 0) m is there twice"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [] }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "`domain.faces.z-.inlet.profile.table`", "no rows"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, nan]] }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "`domain.faces.z-.inlet.profile.table.0` is NaN", "finite number"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, -5e4], [1e-3, 0, 1]] }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "the inlet \"z-\" is 5.0000e1 m/s", "cells per time step"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, -1]] }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "`domain.faces.z-.inlet.profile.table` has no factor above 0"],
+        ),
+        (
+            SIZE,
+            closed(&format!(
+                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[5, 0, 1], [9, 0, 1]] }} }} }}\n{outlet}"
+            )),
+            &["bad.toml:6:", "reach from x = 5.0000e0 m to 9.0000e0 m", "coordinates in m"],
+        ),
+        (
+            SIZE,
+            closed(&format!("\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = \"plug\" }} }}\n{outlet}")),
+            &["bad.toml:6:", "domain.faces.z-.inlet.profile", "parabolic"],
+        ),
+        (
+            SIZE,
             closed(&format!("{inlet}\n\"z+\" = {{ outlet = {{ density = 1 }} }}")),
             &["bad.toml:7:", "unknown key `density`"],
         ),

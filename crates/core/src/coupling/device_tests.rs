@@ -119,7 +119,7 @@ const SCENES: [Scene; 10] = [
 ];
 
 /// A part of a face.
-const PATCH: Patch = Patch::Disc { centre: [20.0, 13.0, 0.0], axis: 2, radius: 9.0 };
+static PATCH: Patch = Patch::Disc { centre: [20.0, 13.0, 0.0], axis: 2, radius: 9.0 };
 
 impl Scene {
     fn method(&self) -> Method {

@@ -208,7 +208,7 @@ impl LatticeWalls {
             motions[wall].velocity = (velocity.at(time) * (dt / dx)).into();
             motions[wall].varies = velocity.constant().is_none();
             motions[wall].profile = profile.scaled(1.0 / dx);
-            motions[wall].patch = patch.map(|patch| patch.scaled(1.0 / dx));
+            motions[wall].patch = patch.as_ref().map(|patch| patch.scaled(1.0 / dx));
         }
         for (&wall, pressure) in &self.pressures {
             motions[wall].excess = pressure.at(time).x / self.units.pressure();
@@ -307,7 +307,7 @@ mod tests {
         let floor = wall(PLANE, Vec3::zeros(), Vec3::zeros(), Vec3::zeros());
         let walls =
             LatticeWalls::new(&[floor], &units, &BOX).with_open(&[(0, inlet)].into(), &BTreeMap::new());
-        let motion = walls.motions(Some(50))[0];
+        let motion = &walls.motions(Some(50))[0];
         assert!(walls.vary() && motion.varies);
         // Half-way between two walls that are four cells apart.
         let [x, y, z] = motion.at([2.0, 7.0, 0.0]);

@@ -275,7 +275,7 @@ impl<S: Population> Walls<S> {
                 });
                 for links in links.chunk_by(|a, b| a.0 + 1 == b.0 && (a.1, a.2, a.3) == (b.1, b.2, b.3)) {
                     let (x, wall, late, beyond) = links[0];
-                    let motion = self.motions[usize::from(wall)];
+                    let motion = &self.motions[usize::from(wall)];
                     let run = Run {
                         near: i * layout.stride + layout.cell(x, y, z),
                         count: links.len() as u32,

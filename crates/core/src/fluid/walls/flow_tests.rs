@@ -160,7 +160,7 @@ fn a_turning_plate_carries_the_fluid_round_with_it() {
     // Between two plates that turn alike, in a pipe that turns, too: the fluid turns as a rigid body.
     let (cells, rate, middle) = ([24, 24, 8], 2e-3, [12.0, 12.0, 0.0]);
     let turning = WallMotion { angular_velocity: [0.0, 0.0, rate], pivot: middle, ..AT_REST };
-    let motions = [turning; 7];
+    let motions = std::array::from_fn::<_, 7, _>(|_| turning.clone());
     let boundary = Boundary {
         motions: &motions,
         wall_of: &|cell| {

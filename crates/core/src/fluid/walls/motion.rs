@@ -8,7 +8,7 @@ use crate::lattice::{C, W};
 use crate::math::{Patch, Profile};
 
 /// Rigid motion of a wall in a step, lattice units.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct WallMotion {
     /// Velocity of the pivot (cells per time step).
     pub velocity: [f64; 3],
@@ -35,10 +35,10 @@ impl WallMotion {
     /// crosses a face that [sends back to neighbours](crate::domain::Face::sends_to_neighbours), too, the wall does not push through that.
     pub(super) fn correction<T: Real>(&self, cell: [isize; 3], i: usize, domain: &Domain) -> T {
         let centre = cell.map(|n| n as f64 + 0.5);
-        if self.patch.is_some_and(|patch| !patch.has(centre)) {
+        if self.patch.as_ref().is_some_and(|patch| !patch.has(centre)) {
             return T::ZERO;
         }
-        let u = self.at(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)));
+        let u = self.of_cell(std::array::from_fn(|a| cell[a] as f64 + 0.5 * (1.0 - C[i][a] as f64)), centre);
         let pushes = |&a: &usize| {
             let beyond: [isize; 3] = std::array::from_fn(|a| cell[a] - C[i][a]);
             let crossed = domain.face_beyond(a, beyond[a]);
@@ -50,7 +50,12 @@ impl WallMotion {
 
     /// Velocity at a position (cells from the corner of the box; cell `n` has its centre at `n + 1/2`).
     pub fn at(&self, position: [f64; 3]) -> [f64; 3] {
-        let of_mean = self.profile.at(position);
+        self.of_cell(position, position)
+    }
+
+    /// Velocity at a position for a link of the cell with this centre.
+    fn of_cell(&self, position: [f64; 3], centre: [f64; 3]) -> [f64; 3] {
+        let of_mean = self.profile.at(position, centre);
         let (w, r): (_, [f64; 3]) =
             (self.angular_velocity, std::array::from_fn(|a| position[a] - self.pivot[a]));
         std::array::from_fn(|a| {
@@ -66,7 +71,7 @@ impl<S: Population> Walls<S> {
         assert_eq!(self.motions.len(), motions.len(), "the motion of each wall");
         let (lo, domain) = (self.lo, self.domain);
         let in_box = |cell: [usize; 3]| std::array::from_fn(|a| (cell[a] + lo[a]) as isize);
-        self.motions.copy_from_slice(motions);
+        self.motions.clone_from_slice(motions);
         self.face_links.set_pressures(|wall| motions[usize::from(wall)].excess);
         for run in self.late.iter().chain(self.early.iter().flatten()) {
             let (motion, i) = (&motions[usize::from(run.wall)], usize::from(run.direction));

@@ -109,7 +109,7 @@ impl Tangle {
 
     /// The motions in a step: some walls slow down and turn back.
     fn motions_in(&self, step: usize) -> [WallMotion; 7] {
-        self.motions.map(|motion| {
+        self.motions.clone().map(|motion| {
             let scaled =
                 |v: [f64; 3]| v.map(|v| if motion.varies { v * (1.0 - 0.2 * step as f64) } else { v });
             WallMotion {

@@ -52,7 +52,8 @@ impl Open {
             }
             motion
         });
-        let [x_low, x_high, y_low, y_high, z_low, z_high] = [4, 5, 2, 3, 0, 1].map(|n: usize| motions[n]);
+        let [x_low, x_high, y_low, y_high, z_low, z_high] =
+            [4, 5, 2, 3, 0, 1].map(|n: usize| motions[n].clone());
         let motions = [z_low, z_high, y_low, y_high, x_low, x_high, AT_REST];
         Self { domain: Domain { cells, faces, dx: 1.0 }, motions, lump }
     }
@@ -188,7 +189,7 @@ fn an_outlet_sends_back_what_a_like_cell_beyond_would_send() {
         for number in 0..6 {
             let added = 1e-4 * f64::from(number);
             if number > 0 {
-                let excess = |motion: &WallMotion| WallMotion { excess: added, ..*motion };
+                let excess = |motion: &WallMotion| WallMotion { excess: added, ..motion.clone() };
                 fluid.move_walls(&open.motions.iter().map(excess).collect::<Vec<_>>());
                 step(&mut fluid, [1e-4, 0.0, 0.0]);
             }
@@ -260,8 +261,8 @@ fn the_mass_that_faces_let_in_is_what_the_fluid_gains_of_an_inlet_its_mean_veloc
                 let came = from_fixed_wide(loads[[4, 5, 2, 3, 0, 1][n]].mass);
                 match face {
                     Face::Inlet => {
-                        let patch = open.motions[[4, 5, 2, 3, 0, 1][n]].patch;
-                        let cells = |a: usize| patch.map_or([9, 10, 11][a], |_| [4, 5, 7][a]);
+                        let patch = &open.motions[[4, 5, 2, 3, 0, 1][n]].patch;
+                        let cells = |a: usize| patch.as_ref().map_or([9, 10, 11][a], |_| [4, 5, 7][a]);
                         let area: usize = (0..3).filter(|&a| a != n / 2).map(cells).product();
                         assert!((came - 0.03 * area as f64).abs() < 1e-9, "{faces:?}: {came}");
                     }
