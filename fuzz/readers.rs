@@ -10,6 +10,7 @@ use std::sync::OnceLock;
 use turbid::checkpoint::{self, CaseText, Checkpoint, Head, Part};
 use turbid::comm::Comm;
 use turbid::domain::Block;
+use turbid::output::contacts;
 use turbid::packing::positions::{self, Columns};
 use turbid::wall::FreeSide;
 use turbid::{case as cases, mesh};
@@ -65,6 +66,9 @@ pub(crate) fn lammps(data: &[u8]) -> bool {
 
 /// Points of VTK.
 pub(crate) fn vtk(data: &[u8]) -> bool {
+    if let Ok(Some(arrays)) = positions::arrays_of_a_run(data, &contacts::ARRAYS) {
+        let _ = contacts::from_arrays(&arrays, 2);
+    }
     places("places.vtp", data)
 }
 

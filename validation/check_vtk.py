@@ -38,7 +38,7 @@ SURFACES = {"id": 1, "kind": 1, "equivalent_diameter": 1, "speed": 1, "velocity"
 POINTS = {**SURFACES, "volume": 1, "mass": 1, "size": 3, "orientation": 4, "contact_torque": 3}
 FLUID_ON_POINTS = {"hydrodynamic_force": 3, "hydrodynamic_torque": 3}
 CONTACTS = {"first": 1, "second": 1, "normal": 3, "force": 3, "force_magnitude": 1, "normal_force": 1, "tangential_force": 3,
-            "depth": 1, "volume": 1}
+            "depth": 1, "volume": 1, "parts": 2, "image": 3}
 CHAINS = {"id": 1, "force_magnitude": 1}
 READERS = {".vti": vtkXMLImageDataReader, ".pvti": vtkXMLPImageDataReader, ".vtp": vtkXMLPolyDataReader,
            ".pvtp": vtkXMLPPolyDataReader}

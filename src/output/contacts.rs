@@ -2,14 +2,14 @@
 //!
 //! A contact is one point with the arrays `first`, `second` (ids of the particles; `-1 - i` for wall `i`), `normal` (from the first body
 //! to the second), `force` (N, on the first body), `force_magnitude` (N), its part `normal_force` (N, positive where it pushes the bodies
-//! apart) and the rest, `tangential_force` (N, a vector), `depth` (m) and `volume` (m^3) of the overlap. A neck
-//! has the depth minus its gap.
+//! apart) and the rest, `tangential_force` (N, a vector), `depth` (m) and `volume` (m^3) of the overlap, `parts` (which of each body touch) and `image`
+//! (of the second body that touches, in boxes from the one nearest to the first). A neck has the depth minus its gap.
 //!
 //! Force chains are lines from the centre of each particle to the points where it is touched, with `force_magnitude` (N) and `id` on both
 //! ends. A line belongs to one particle and sticks out of the box where that does, as in the files of the surfaces.
 
 use super::polydata::PolyData;
-use crate::dem::ContactState;
+use crate::dem::{ContactKey, ContactState};
 use crate::domain::Domain;
 use crate::math::Vec3;
 use crate::particle::Particle;
@@ -57,7 +57,68 @@ pub fn contacts(contacts: &[ContactState]) -> PolyData {
     );
     data.scalars("depth (m)", contacts.iter().map(|c| c.depth));
     data.scalars("volume (m^3)", contacts.iter().map(|c| c.volume));
+    data.tuples("parts", contacts.iter().map(|c| c.key().indices().map(f64::from)));
+    data.vectors("image", contacts.iter().map(|c| c.key().shift().map(f64::from).into()));
     data
+}
+
+/// Numbers above are not whole in double precision.
+const LARGEST_ID: f64 = (1_u64 << 53) as f64;
+
+/// Arrays with their numbers of components from which [`from_arrays`] gets contacts; `Points` are the points.
+pub const ARRAYS: [(&str, usize); 9] = [
+    ("first", 1),
+    ("second", 1),
+    ("depth", 1),
+    ("volume", 1),
+    ("parts", 2),
+    ("Points", 3),
+    ("normal", 3),
+    ("force", 3),
+    ("image", 3),
+];
+
+/// The contacts that [`contacts`] has written, from the numbers in [`ARRAYS`], between particles and `walls` walls.
+///
+/// # Errors
+/// Names an array with numbers that no contact has.
+pub fn from_arrays(arrays: &[Vec<f64>], walls: usize) -> Result<Vec<ContactState>, String> {
+    let numbers = |array: usize, n: usize| {
+        let (name, components) = ARRAYS[array];
+        let of = &arrays[array][n * components..][..components];
+        let found = of.iter().all(|number| number.is_finite()).then_some(of);
+        found.ok_or_else(|| format!("the array `{name}` has a number that is not finite"))
+    };
+    let vector = |array: usize, n: usize| numbers(array, n).map(|of| [of[0], of[1], of[2]]);
+    let whole = |array: usize, number: f64, [from, to]: [f64; 2]| {
+        let fits = (from..=to).contains(&number) && (number - number.trunc()).abs() <= 0.0;
+        fits.then_some(number)
+            .ok_or_else(|| format!("the array `{}` has {number}, which no contact has", ARRAYS[array].0))
+    };
+    let contact = |n: usize| {
+        let second = whole(1, numbers(1, n)?[0], [-(walls as f64), LARGEST_ID])?;
+        let (mut parts, mut shift) = ([0; 2], [0; 3]);
+        for (part, number) in parts.iter_mut().zip(numbers(4, n)?) {
+            *part = whole(4, *number, [0.0, f64::from(ContactKey::MOST_PARTS - 1)])? as u32;
+        }
+        for (along, number) in shift.iter_mut().zip(numbers(8, n)?) {
+            *along = whole(8, *number, [-1.0, 1.0])? as i8;
+        }
+        let key = ContactKey {
+            first: whole(0, numbers(0, n)?[0], [0.0, LARGEST_ID])? as u64,
+            second: if second < 0.0 {
+                ContactState::of_wall((-1.0 - second) as usize)
+            } else {
+                second as u64
+            },
+            parts,
+        };
+        let ContactKey { first, second, parts } = key.with_shift(shift);
+        let [point, normal, force] = [vector(5, n)?, vector(6, n)?, vector(7, n)?];
+        let (depth, volume) = (numbers(2, n)?[0], numbers(3, n)?[0]);
+        Ok(ContactState { first, second, parts, point, normal, force, depth, volume })
+    };
+    (0..arrays[0].len()).map(contact).collect()
 }
 
 /// The lines from the centres of the particles, ascending by id, to their contacts.
@@ -135,6 +196,30 @@ mod tests {
         assert_eq!(array(&piece, "normal")[..3], [-1.0, 0.0, 0.0]);
         assert_eq!(array(&piece, "depth"), [0.125; 2]);
         assert_eq!(array(&piece, "volume"), [0.5; 2]);
+    }
+
+    #[test]
+    fn contacts_are_read_as_they_were_written_and_numbers_that_none_has_are_refused() {
+        let mut states = example().1.to_vec();
+        let key = ContactKey { parts: [3, 4], ..states[0].key() }.with_shift([-1, 0, 1]);
+        states.push(ContactState { parts: key.parts, volume: 0.1, ..states[0] });
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("contacts.vtp");
+        contacts(&states).write(&path).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        let arrays = crate::packing::positions::arrays_of_a_run(&bytes, &ARRAYS).unwrap().unwrap();
+        assert_eq!(from_arrays(&arrays, 5).unwrap(), states);
+        assert!(from_arrays(&arrays, 4).unwrap_err().contains("`second` has -5"), "a wall that is not there");
+        for (array, value) in
+            [(0, -1.0), (0, 0.5), (1, 1e30), (2, f64::NAN), (4, 1e9), (6, f64::INFINITY), (8, 2.0)]
+        {
+            let mut bad = arrays.clone();
+            bad[array][0] = value;
+            let what = from_arrays(&bad, 5).unwrap_err();
+            assert!(what.contains(ARRAYS[array].0), "{what}");
+        }
+        let unknown = crate::packing::positions::arrays_of_a_run(&bytes, &[("first", 2)]);
+        assert_eq!(unknown, Ok(None));
     }
 
     #[test]

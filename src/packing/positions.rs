@@ -126,6 +126,15 @@ pub fn of_a_run(bytes: &[u8], name: &str) -> Result<Vec<Row>, String> {
     rows.ok_or_else(|| format!("{name}: its points have not all of id, kind, equivalent_diameter, velocity"))
 }
 
+/// Numbers of the points in a file of a run, in arrays with these names and numbers of components; `Points` are the points. None if the file
+/// lacks one of them.
+///
+/// # Errors
+/// What is wrong with the file.
+pub fn arrays_of_a_run(bytes: &[u8], wanted: &[(&str, usize)]) -> Result<Option<Vec<Vec<f64>>>, String> {
+    if vtk::is_vtk(bytes) { vtk::arrays(bytes, wanted) } else { Err("it is no file of VTK".into()) }
+}
+
 /// True for the line of a data file of LAMMPS that every one has.
 fn is_count_of_atoms(line: &str) -> bool {
     let words: Vec<&str> = line.split('#').next().unwrap_or_default().split_whitespace().collect();

@@ -4,15 +4,18 @@
 //! |---|---|
 //! | `series.csv` | averages of all columns |
 //! | `profiles.csv` | `profile_means.csv`, `fronts.csv` and the velocity of the front |
-//! | `structure.csv`, or else `particles/` | averages; `pair_distribution_means.csv`; without contacts from particles |
+//! | `structure.csv`, or else `particles/` and `contacts/` | averages; `pair_distribution_means.csv` |
 //! | `dynamics.csv`, or else `particles/` at equal spacings | `dynamics_means.csv` and coefficients of diffusion |
 
 use super::run::saved_setup;
 use super::writers::{dynamics, profiles, structure};
 use crate::case::{self, Dynamics, LAGS, Setup, Structure};
+use crate::dem::ContactState;
 use crate::error::{Error, Result};
 use crate::input;
-use crate::output::{Averages, OutputFiles, SeriesTable, Summary, averages, directory, pieces, write_bytes};
+use crate::output::{
+    Averages, OutputFiles, SeriesTable, Summary, averages, contacts, directory, pieces, write_bytes,
+};
 use crate::packing::positions::{self, Row};
 use crate::particle::Particle;
 use std::fs;
@@ -101,21 +104,28 @@ fn of_particles(setup: &mut Setup, files: &OutputFiles, has: [bool; 2]) -> Resul
     plan.structure.get_or_insert(Structure::usual(every, edges, setup.diameter));
     let lags = plan.dynamics.map_or(LAGS, |dynamics| dynamics.lags).min((spaced / 4).max(2));
     plan.dynamics = Some(Dynamics { every, lags });
+    let mut without = 0;
     let mut structure = structure::StructureWriter::of(setup);
     let mut dynamics = dynamics::DynamicsWriter::of(setup);
-    for step in steps {
+    for &step in &steps {
         let particles = particles_of(setup, &files.file(directory::PARTICLES, step))?;
         let time = step as f64 * setup.time_step;
         if let Some(structure) = structure.as_mut().filter(|_| !has[0]) {
-            structure.add(step, time, &particles)?;
+            let contacts = contacts_of(setup, &files.file(directory::CONTACTS, step), &particles)?;
+            without += usize::from(contacts.is_none());
+            structure.add(step, time, &particles, contacts.as_deref())?;
         }
         // The end of a run is no sample, unless it is at the same spacing.
         if let Some(dynamics) = dynamics.as_mut().filter(|_| !has[1] && step.is_multiple_of(every)) {
             dynamics.add(step, time, &particles)?;
         }
     }
-    Ok((!has[0]).then(|| {
-        "structure.csv is made of the files of particles, which have no contacts; `output.structure` writes it in a run".into()
+    Ok((without > 0).then(|| {
+        format!(
+            "structure.csv is made of the files of particles; contacts are missing at {without} of {} steps \
+             (`output.contacts_every` writes them)",
+            steps.len()
+        )
     }))
 }
 
@@ -143,11 +153,48 @@ fn particles_of(setup: &Setup, file: &Path) -> Result<Vec<Particle>> {
     Ok(particles)
 }
 
+/// The contacts in a file of a run, or in its pieces, which must be of these particles, ascending by id, and of walls of the case; none if there is no
+/// file, or if an older version has written it.
+fn contacts_of(setup: &Setup, file: &Path, particles: &[Particle]) -> Result<Option<Vec<ContactState>>> {
+    if !file.exists() && !pieces::index(file).exists() {
+        return Ok(None);
+    }
+    let of_part = |bytes: &[u8], name: &str| {
+        let arrays = positions::arrays_of_a_run(bytes, &contacts::ARRAYS);
+        let read = |arrays: Option<Vec<Vec<f64>>>| match arrays {
+            Some(arrays) => {
+                Ok(contacts::from_arrays(&arrays, setup.walls.len())?.into_iter().map(Some).collect())
+            }
+            None => Ok(vec![None]),
+        };
+        arrays.and_then(read).map_err(|what| format!("{name}: {what}"))
+    };
+    let Some(found) = of_parts(file, of_part)?.into_iter().collect::<Option<Vec<_>>>() else {
+        return Ok(None);
+    };
+    let is_known = |id: &u64| particles.binary_search_by_key(id, |particle| particle.id).is_ok();
+    match found.iter().flat_map(contacts::ids).find(|id| !is_known(id)) {
+        None => Ok(Some(found)),
+        Some(id) => Err(Error::Input(format!(
+            "{} has a contact of particle {id}, which the file of particles of the same step lacks",
+            file.display()
+        ))),
+    }
+}
+
 /// The particles in a file of points of a run, or in its pieces.
 ///
 /// # Errors
 /// Of reading the file, and of a file that is none of them.
 pub fn particles_in(file: &Path) -> Result<Vec<Row>> {
+    of_parts(file, positions::of_a_run)
+}
+
+/// Contents of a file of points of a run, or of its pieces.
+fn of_parts<T: Clone>(
+    file: &Path,
+    read: impl Fn(&[u8], &str) -> std::result::Result<Vec<T>, String>,
+) -> Result<Vec<T>> {
     let index = pieces::index(file);
     let parts: Vec<PathBuf> = if index.exists() {
         let text = input::read_unlinked(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
@@ -162,9 +209,9 @@ pub fn particles_in(file: &Path) -> Result<Vec<Row>> {
     }
     let of_part = |part: &PathBuf| {
         let bytes = input::read_unlinked(part, input::TABLE).map_err(|e| Error::io("read", part, e))?;
-        positions::of_a_run(&bytes, &part.display().to_string()).map_err(|what| {
+        read(&bytes, &part.display().to_string()).map_err(|what| {
             Error::Input(format!(
-                "{what}; files of particles that this version of turbid has written hold all of them as points"
+                "{what}; files that this version of turbid has written hold all that is read"
             ))
         })
     };

@@ -6,7 +6,7 @@ use turbid::output::directory::{
     CONTACT_FORCES, DYNAMICS, DYNAMICS_MEANS, FRONTS, PAIR_DISTRIBUTION, PAIR_DISTRIBUTION_MEANS, STRUCTURE,
     STRUCTURE_FACTOR, STRUCTURE_FACTOR_MEANS,
 };
-use turbid::output::{SeriesTable, Summary};
+use turbid::output::{OutputFiles, SeriesTable, Summary, directory};
 use turbid::simulation;
 
 /// Spheres and rods that fall into a heap, in a periodic box with a floor.
@@ -175,14 +175,17 @@ fn the_files_of_a_run_have_the_numbers_of_the_run_afterwards() {
         assert!(bytes(&out, name) == bytes(files.directory(), name), "{name}");
     }
     // From the files of particles alone: all that follows from places and velocities, at their spacing.
-    let mut text = HEAP.replace("particles_every = \"never\"", "particles_every = { steps = 20 }");
+    let mut text = HEAP.replace(
+        "particles_every = \"never\"",
+        "particles_every = { steps = 20 }\ncontacts_every = \"never\"",
+    );
     for key in ["structure", "dynamics"] {
         let line = text.lines().find(|line| line.starts_with(key)).unwrap().to_string();
         text = text.replace(&line, "");
     }
     let (_, bare) = written(&root.path().join("bare"), &text, &[]);
     let later = simulation::analyse(bare.directory(), &root.path().join("later"), Some(0.02)).unwrap();
-    assert!(later.notes[0].contains("no contacts"), "{:?}", later.notes);
+    assert!(later.notes[0].contains("contacts are missing at 101 of 101 steps"), "{:?}", later.notes);
     assert!(!later.averages.contains_key("coordination"));
     // The orientation of bodies in a file is that of their shape, of which the axes may have other names.
     for name in ["nearest_neighbour_distance", "velocity_variance_xx", "orientation_zz"] {
@@ -191,6 +194,51 @@ fn the_files_of_a_run_have_the_numbers_of_the_run_afterwards() {
     }
     let error = simulation::analyse(root.path(), &out, None).unwrap_err();
     assert!(error.exit_code() == 2 && error.to_string().contains("series.csv"), "{error}");
+}
+
+#[test]
+fn files_of_particles_and_contacts_have_the_structure_of_the_run_afterwards() {
+    let root = tempfile::tempdir().unwrap();
+    let own = ["particles_every", "contacts_every"].map(|key| format!("output.{key}={{ steps = 50 }}"));
+    for (name, periodic, gravity) in [("heap", "false", -9), ("gas", "true", 0)] {
+        let own = [
+            &own[..],
+            &[
+                format!("domain.periodic=[true, true, {periodic}]"),
+                format!("driving.gravity=[0, 0, {gravity}]"),
+                "output.structure.every={ steps = 50 }".into(),
+            ],
+        ];
+        let (_, files) = written(&root.path().join(name), HEAP, &own.concat());
+        let tables = [STRUCTURE, PAIR_DISTRIBUTION, CONTACT_FORCES];
+        let text = |files: &OutputFiles, name| std::fs::read_to_string(files.table(name)).unwrap();
+        let before = tables.map(|name| text(&files, name));
+        for name in tables {
+            std::fs::remove_file(files.table(name)).unwrap();
+        }
+        let out = root.path().join(format!("{name}_later"));
+        let found = simulation::analyse(files.directory(), &out, None).unwrap();
+        assert!(found.notes.is_empty(), "{:?}", found.notes);
+        for name in ["coordination", "fabric_zz", "largest_cluster", "normal_force"] {
+            assert!(found.averages[name].mean > 0.0, "{name}: {:?}", found.averages);
+        }
+        for (name, before) in tables.into_iter().zip(&before) {
+            let after = text(&OutputFiles::new(&out), name);
+            assert_eq!(before.lines().count(), after.lines().count(), "{name}");
+            for (ours, theirs) in before.lines().zip(after.lines()) {
+                let same = |(a, b): (&str, &str)| match [a, b].map(str::parse::<f64>) {
+                    [Ok(a), Ok(b)] => (a - b).abs() <= 1e-9 * a.abs(),
+                    _ => a == b,
+                };
+                assert_eq!(ours.split(',').count(), theirs.split(',').count(), "{name}");
+                assert!(ours.split(',').zip(theirs.split(',')).all(same), "{name}\n{ours}\n{theirs}");
+            }
+        }
+        let last = files.steps(directory::CONTACTS).unwrap().pop().unwrap();
+        std::fs::write(files.file(directory::CONTACTS, last), "no points").unwrap();
+        let error = simulation::analyse(files.directory(), &out, None).unwrap_err();
+        assert!(error.exit_code() == 2 && error.to_string().contains("no file of VTK"), "{error}");
+    }
 }
 
 #[test]

@@ -84,6 +84,9 @@ pub struct ContactKey {
 const PART_BITS: u32 = 24;
 
 impl ContactKey {
+    /// Indices of parts are below this.
+    pub const MOST_PARTS: u32 = 1 << PART_BITS;
+
     /// The same with another [image](Self::shift) of the second body.
     #[must_use]
     pub fn with_shift(mut self, shift: [i8; 3]) -> Self {
@@ -100,7 +103,7 @@ impl ContactKey {
 
     /// Indices of the parts.
     pub fn indices(&self) -> [u32; 2] {
-        [self.parts[0], self.parts[1] & ((1 << PART_BITS) - 1)]
+        [self.parts[0], self.parts[1] & (Self::MOST_PARTS - 1)]
     }
 }
 
@@ -143,6 +146,11 @@ impl ContactState {
     /// The bodies and parts that touch.
     pub fn key(&self) -> ContactKey {
         ContactKey { first: self.first, second: self.second, parts: self.parts }
+    }
+
+    /// True of surfaces that touch, or hold on to each other by a neck; not of forces over a gap.
+    pub fn touches(&self) -> bool {
+        self.depth.abs() > 0.0
     }
 
     /// Branch vectors (m): from the centres of both particles, which are at wrapped positions, to the point of application.

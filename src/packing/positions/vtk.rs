@@ -81,6 +81,24 @@ pub(super) fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) 
     Ok(Found { placements, notes: Vec::new() })
 }
 
+/// Numbers of the points of a file in arrays with these names and numbers of components, piece after piece; none if one is missing.
+pub(super) fn arrays(bytes: &[u8], wanted: &[(&str, usize)]) -> Result<Option<Vec<Vec<f64>>>, String> {
+    let pieces = xml::pieces(bytes)?;
+    if pieces.iter().map(|piece| piece.count).fold(0, usize::saturating_add) > MOST {
+        return Err(format!("more than {MOST} points"));
+    }
+    let mut all = vec![Vec::new(); wanted.len()];
+    for piece in pieces.iter().filter(|piece| piece.count > 0) {
+        for ((name, components), numbers) in wanted.iter().zip(&mut all) {
+            let is_it = |array: &&Array| array.name == *name && array.components == *components;
+            let Some(array) = piece.arrays.iter().find(is_it) else { return Ok(None) };
+            let found = array.numbers(piece.count);
+            numbers.extend(found.map_err(|what| format!("the array `{name}` {what}"))?);
+        }
+    }
+    Ok(Some(all))
+}
+
 pub(super) fn points(
     bytes: &[u8],
     name: &str,

@@ -23,6 +23,7 @@ use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Setup, Structure};
 use crate::comm::Comm;
+use crate::dem::ContactState;
 use crate::domain::Domain;
 use crate::error::Result;
 use crate::math::Vec3;
@@ -32,7 +33,7 @@ use crate::output::structure::{
 use crate::output::{OutputFiles, RowsMark, SeriesTable, Summary, averages, directory};
 use crate::particle::{Particle, Template};
 use crate::simulation::observe::{Centre, PAIRS, Sums, Totals, at_owners, centres_near};
-use clusters::{clusters, is_contact};
+use clusters::{Cluster, clusters, clusters_of_all};
 use pairs::each_pair;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -126,10 +127,24 @@ impl<'a> StructureWriter<'a> {
         })
     }
 
-    /// Writes the rows of a moment of which only all particles are known, ascending by id.
-    pub(in crate::simulation) fn add(&mut self, step: u64, time: f64, particles: &[Particle]) -> Result<()> {
+    /// Writes the rows of a moment of which all particles are known, ascending by id, and perhaps all contacts, between these and with walls.
+    pub(in crate::simulation) fn add(
+        &mut self,
+        step: u64,
+        time: f64,
+        particles: &[Particle],
+        contacts: Option<&[ContactState]>,
+    ) -> Result<()> {
         let mut sums = self.of_particles(particles, &[]);
-        untold(&mut sums);
+        if let Some(contacts) = contacts {
+            let touching = self.add_contacts(contacts, &Comm::Solo, &mut sums);
+            let touches = |particle: &Particle| touching.get(&particle.id).copied().unwrap_or(0);
+            self.add_touching(particles, particles.iter().map(touches), &mut sums);
+            let template = |particle: &Particle| &self.setup.templates[particle.template as usize];
+            self.add_clusters(&clusters_of_all(&self.setup.domain, particles, template, contacts), &mut sums);
+        } else {
+            untold(&mut sums);
+        }
         let totals = Totals::of(sums, &Comm::Solo);
         self.complete(&RootOutput::of(step, time, &totals))
     }
@@ -228,11 +243,11 @@ impl<'a> StructureWriter<'a> {
         }
     }
 
-    /// Adds the contacts of this rank, and the numbers of contacts of its particles. Collective.
-    fn add_contacts(&self, rank: &RankState, sums: &mut Sums) {
+    /// Adds the contacts of a rank; with how many bodies particles have some there, by id. Collective.
+    fn add_contacts(&self, contacts: &[ContactState], comm: &Comm, sums: &mut Sums) -> BTreeMap<u64, u64> {
         let (mut partners, mut touching) = (BTreeSet::new(), BTreeMap::new());
         let mut forces = Vec::new();
-        for contact in rank.contacts().iter().filter(|contact| is_contact(contact)) {
+        for contact in contacts.iter().filter(|contact| contact.touches()) {
             // Parts of two bodies may touch several times.
             if partners.insert((contact.first, contact.second, contact.key().shift())) {
                 *touching.entry(contact.first).or_insert(0) += 1;
@@ -249,21 +264,12 @@ impl<'a> StructureWriter<'a> {
                 forces.push(-Vec3::from(contact.force).dot(&normal));
             }
         }
-        let simulation = rank.simulation();
-        let touching = at_owners(simulation, rank.decomposition(), &touching);
-        for (particle, touches) in simulation.particles().iter().zip(touching) {
-            if self.moves(particle) {
-                sums.add(TOUCHES, &[touches as f64]);
-                let holds = touches >= HOLDS;
-                sums.add(if holds { HOLDING } else { LOOSE }, &[if holds { touches as f64 } else { 1.0 }]);
-            }
-        }
         // The bins are in units of the mean, which all ranks must know first.
         let mut total = Sums::new(2, 0, 0);
         for force in &forces {
             total.add(0, &[*force, 1.0]);
         }
-        let total = Totals::of(total, simulation.comm());
+        let total = Totals::of(total, comm);
         let mean = total.sums[0] / total.sums[1];
         for force in forces {
             sums.add(FORCE, &[force]);
@@ -272,11 +278,22 @@ impl<'a> StructureWriter<'a> {
                 sums.add(self.on_forces() + bin as usize, &[1.0]);
             }
         }
+        touching
     }
 
-    /// Adds the clusters. Collective.
-    fn add_clusters(&self, rank: &RankState, sums: &mut Sums) {
-        for cluster in clusters(rank) {
+    /// Adds with how many bodies each particle has contacts.
+    fn add_touching(&self, particles: &[Particle], touching: impl Iterator<Item = u64>, sums: &mut Sums) {
+        for (particle, touches) in particles.iter().zip(touching) {
+            if self.moves(particle) {
+                sums.add(TOUCHES, &[touches as f64]);
+                let holds = touches >= HOLDS;
+                sums.add(if holds { HOLDING } else { LOOSE }, &[if holds { touches as f64 } else { 1.0 }]);
+            }
+        }
+    }
+
+    fn add_clusters(&self, clusters: &[Cluster], sums: &mut Sums) {
+        for cluster in clusters {
             debug_assert!(cluster.size > 0, "each particle has an owner");
             let size = cluster.size as f64;
             sums.add(CLUSTERS, &[f64::from(u8::from(cluster.size > 1)), size * size]);
@@ -432,8 +449,10 @@ impl Writer for StructureWriter<'_> {
         let others = centres_near(simulation, rank.decomposition(), self.plan.reach);
         let mut sums = self.of_particles(simulation.particles(), &others);
         if simulation.dem().tells_contacts() {
-            self.add_contacts(rank, &mut sums);
-            self.add_clusters(rank, &mut sums);
+            let touching = self.add_contacts(rank.contacts(), simulation.comm(), &mut sums);
+            let touching = at_owners(simulation, rank.decomposition(), &touching);
+            self.add_touching(simulation.particles(), touching.into_iter(), &mut sums);
+            self.add_clusters(&clusters(rank), &mut sums);
         } else {
             untold(&mut sums);
         }

@@ -10,7 +10,7 @@
 use crate::dem::ContactState;
 use crate::domain::Domain;
 use crate::math::Vec3;
-use crate::particle::Template;
+use crate::particle::{Particle, Template};
 use crate::simulation::observe::{partners, to_owners};
 use crate::simulation::writers::RankState;
 use bytemuck::{Pod, Zeroable};
@@ -138,48 +138,78 @@ fn alone(template: &Template) -> Cluster {
     cluster
 }
 
-/// Surfaces that touch, or hold on to each other by a neck; not forces over a gap.
-pub(super) fn is_contact(contact: &ContactState) -> bool {
-    contact.depth.abs() > 0.0
+/// Particles and the contacts between them, as nodes and edges.
+struct Graph {
+    nodes: Vec<Cluster>,
+    edges: Vec<Edge>,
+    /// Nodes of the particles of other ranks, by id.
+    others: BTreeMap<u64, usize>,
+}
+
+impl Graph {
+    /// From the particles of a rank and its contacts; `known` has all particles that these name, both ascending by id.
+    fn new<'a>(
+        domain: &Domain,
+        own: &[Particle],
+        template: impl Fn(&Particle) -> &'a Template,
+        known: &[Particle],
+        contacts: &[ContactState],
+    ) -> Self {
+        let size = domain.size();
+        let mut nodes: Vec<Cluster> = own.iter().map(|particle| alone(template(particle))).collect();
+        let (mut others, mut edges) = (BTreeMap::new(), Vec::new());
+        for contact in contacts.iter().filter(|contact| contact.touches()) {
+            let mut node = |id: u64| {
+                own.binary_search_by_key(&id, |particle| particle.id).unwrap_or_else(|_| {
+                    *others.entry(id).or_insert_with(|| {
+                        nodes.push(Cluster::default());
+                        nodes.len() - 1
+                    })
+                })
+            };
+            let first = node(contact.first);
+            if contact.wall().is_some() {
+                for (axis, touches) in nodes[first].touches.iter_mut().enumerate() {
+                    // A wall within the box has bodies on both of its sides, but each of these lies in one half.
+                    let upper = contact.point[axis] > 0.5 * size[axis];
+                    touches[0] |= contact.normal[axis] < -ON_SIDE && !upper;
+                    touches[1] |= contact.normal[axis] > ON_SIDE && upper;
+                }
+                continue;
+            }
+            let second = node(contact.second);
+            let centre = |id: u64| -> Vec3 {
+                let at = known.binary_search_by_key(&id, |particle| particle.id);
+                known[at.expect("both are known")].position()
+            };
+            let between = centre(contact.second) - centre(contact.first);
+            let way = domain.shifted(domain.nearest_image(between), contact.key().shift());
+            edges.push((first, second, domain.boxes(way - between).map(i32::from)));
+        }
+        Self { nodes, edges, others }
+    }
+}
+
+/// The clusters of all particles, ascending by id, and all contacts.
+pub(super) fn clusters_of_all<'a>(
+    domain: &Domain,
+    particles: &[Particle],
+    template: impl Fn(&Particle) -> &'a Template,
+    contacts: &[ContactState],
+) -> Vec<Cluster> {
+    let Graph { nodes, edges, .. } = Graph::new(domain, particles, template, particles, contacts);
+    join(&nodes, &edges).1
 }
 
 /// The clusters, single particles among them, each on one rank, in any order. Collective.
 pub(super) fn clusters(rank: &RankState) -> Vec<Cluster> {
     let (simulation, contacts) = (rank.simulation(), rank.contacts());
     let (domain, comm) = (&rank.decomposition().domain, simulation.comm());
-    let (known, size) = (partners(simulation, contacts), domain.size());
-    let (own, store) = (simulation.particles(), simulation.dem().particles());
-    // The nodes are the particles of this rank, then others that contacts are with.
-    let mut nodes: Vec<Cluster> = own.iter().map(|particle| alone(store.template(particle))).collect();
-    let (mut others, mut edges) = (BTreeMap::new(), Vec::new());
-    for contact in contacts.iter().filter(|contact| is_contact(contact)) {
-        let mut node = |id: u64| {
-            own.binary_search_by_key(&id, |particle| particle.id).unwrap_or_else(|_| {
-                *others.entry(id).or_insert_with(|| {
-                    nodes.push(Cluster::default());
-                    nodes.len() - 1
-                })
-            })
-        };
-        let first = node(contact.first);
-        if contact.wall().is_some() {
-            for (axis, touches) in nodes[first].touches.iter_mut().enumerate() {
-                // A wall within the box has bodies on both of its sides, but each of these lies in one half.
-                let upper = contact.point[axis] > 0.5 * size[axis];
-                touches[0] |= contact.normal[axis] < -ON_SIDE && !upper;
-                touches[1] |= contact.normal[axis] > ON_SIDE && upper;
-            }
-            continue;
-        }
-        let second = node(contact.second);
-        let centre = |id: u64| -> Vec3 {
-            let at = known.binary_search_by_key(&id, |particle| particle.id);
-            known[at.expect("partners has both")].position()
-        };
-        let between = centre(contact.second) - centre(contact.first);
-        let way = domain.shifted(domain.nearest_image(between), contact.key().shift());
-        edges.push((first, second, domain.boxes(way - between).map(i32::from)));
-    }
+    let store = simulation.dem().particles();
+    let known = partners(simulation, contacts);
+    let template = |particle: &Particle| store.template(particle);
+    let Graph { nodes, edges, others } =
+        Graph::new(domain, simulation.particles(), template, &known, contacts);
     let (places, clusters) = join(&nodes, &edges);
     let here = comm.rank() as u32;
     let abroad = others.iter().map(|(&id, &node)| {

@@ -168,9 +168,7 @@ impl ContactForces {
     pub(super) fn summary(&self, cohesive: bool) -> ContactSummary {
         ContactSummary {
             count: (self.states.iter())
-                .filter(|state| {
-                    state.depth.abs() > 0.0 && (cohesive || Vec3::from(state.force) != Vec3::zeros())
-                })
+                .filter(|state| state.touches() && (cohesive || Vec3::from(state.force) != Vec3::zeros()))
                 .count(),
             max_depth: self.states.iter().map(|state| state.depth).fold(0.0, f64::max),
             begun: self.begun,
