@@ -23,7 +23,7 @@ struct Round {
 const ROLLING: Round = Round {
     key: "contact.rolling",
     does: "resists the rolling of round bodies",
-    lacks: |template| has_edges(template).then_some("has edges, and no radius to roll on"),
+    lacks: |template| has_no_round_side(template).then_some("has edges, and no radius to roll on"),
     parameter: ("rolling_friction", |pair| pair.rolling_friction),
     instead: "faces and edges resist by themselves",
 };
@@ -55,6 +55,11 @@ const PARTIAL_SLIP: Round = Round {
 
 fn has_edges(template: &Template) -> bool {
     template.parts().any(|(shape, _)| shape.curvature().sharpness > 0.0)
+}
+
+/// True of one with edges but a cylinder, which rolls on its side.
+fn has_no_round_side(template: &Template) -> bool {
+    has_edges(template) && template.shape.as_cylinder().is_none()
 }
 
 fn is_no_sphere(template: &Template) -> bool {

@@ -7,6 +7,7 @@
 //! |---|---|---|---|---|---|---|
 //! | sphere | [`sphere_sphere`] | [`sphere_polyhedron`] | [`sampled`] | [`sphere_plane`] | [`sampled`] | [`mesh`] |
 //! | polyhedron | | [`polyhedra`] | [`sampled`] | [`polyhedra`] | [`sampled`] | [`mesh`] |
+//! | cylinder | | | [`sampled`] | [`cylinder_plane`] | [`sampled`] | [`mesh`] |
 //! | any other | | | [`sampled`] | [`sampled`] | [`sampled`] | [`mesh`] |
 //!
 //! Everything but [`sampled`] is exact. The force follows from these numbers and from the relative velocity at the
@@ -17,6 +18,7 @@
 mod clip;
 pub mod cohesion;
 mod cut;
+mod cylinder_plane;
 pub mod friction;
 mod impact;
 pub mod law;

@@ -53,7 +53,7 @@ pub struct ContactSection {
     pub damping: DampingLaw,
     /// Law of friction. Default `"mindlin"`.
     pub friction: FrictionLaw,
-    /// Law of the resistance to rolling, of bodies without edges. Default `"none"`.
+    /// Law of the resistance to rolling, of bodies without edges and of cylinders. Default `"none"`.
     pub rolling: RollingLaw,
     /// Law of the resistance to twisting. Default `"none"`.
     pub twisting: TwistingLaw,

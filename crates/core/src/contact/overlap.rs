@@ -3,7 +3,10 @@
 use super::clip::Plane;
 use super::polyhedra::Hint;
 use super::solid::Solid;
-use super::{Geometry, mesh, parallel, polyhedra, sampled, sphere_plane, sphere_polyhedron, sphere_sphere};
+use super::{
+    Geometry, cylinder_plane, mesh, parallel, polyhedra, sampled, sphere_plane, sphere_polyhedron,
+    sphere_sphere,
+};
 use crate::math::{Mat3, Quat, Vec3};
 use crate::shape::{Part, Passage, Shape};
 use crate::wall::Surface;
@@ -47,7 +50,7 @@ impl Overlap {
 /// A shape made ready for contacts: grown by the enlargement. Contacts of a body of several parts are those of its parts; where it is asked for as
 /// a whole, its overlap is the deepest of them.
 ///
-/// A grown polyhedron keeps sharp edges where its overlap is exact; any other shape, and any shape that is sampled, has
+/// A grown polyhedron keeps sharp edges where its overlap is exact, a grown cylinder at planes; any other shape, and any shape that is sampled, has
 /// all points within the enlargement.
 #[derive(Clone, Debug)]
 pub struct GrownShape {
@@ -58,6 +61,8 @@ pub struct GrownShape {
     solid: Option<Arc<Solid>>,
     /// Radius of the grown sphere (m), if it is one.
     sphere: Option<f64>,
+    /// Radius and half length of the grown cylinder (m), if it is one.
+    cylinder: Option<[f64; 2]>,
     /// Of a body that goes through the box, the piece in it.
     piece: Option<Arc<Piece>>,
     /// Those of a body of several parts, with their poses in the body.
@@ -89,10 +94,12 @@ impl GrownShape {
     pub fn new(shape: Arc<dyn Shape>, enlargement: f64) -> Self {
         let solid = shape.as_polyhedron().map(|p| Arc::new(Solid::new(p, enlargement)));
         let sphere = shape.as_sphere().map(|radius| radius + enlargement);
+        let cylinder =
+            shape.as_cylinder().map(|lengths| <[f64; 2]>::from(lengths).map(|length| length + enlargement));
         let piece = Piece::new(&*shape, enlargement).map(Arc::new);
         let grown = |part: &Part| (Self::new(part.shape.clone(), enlargement), part.clone());
         let parts = shape.parts().iter().map(grown).collect();
-        Self { shape, enlargement, solid, sphere, piece, parts }
+        Self { shape, enlargement, solid, sphere, cylinder, piece, parts }
     }
 
     /// True if it is a polyhedron.
@@ -114,6 +121,9 @@ impl GrownShape {
     pub fn reach(&self) -> f64 {
         if let Some(solid) = &self.solid {
             return solid.reach;
+        }
+        if let Some([radius, half]) = self.cylinder {
+            return libm::hypot(radius, half);
         }
         let part = |(grown, part): &(Self, Part)| part.position.norm() + grown.reach();
         self.parts.iter().map(part).fold(self.shape.circumradius() + self.enlargement, f64::max)
@@ -146,10 +156,16 @@ impl Body<'_> {
         }
     }
 
-    /// True if its exact overlap with another such body, or with a plane, is found without samples.
+    /// True if its exact overlap with another such body is found without samples.
     pub fn has_closed_form(&self) -> bool {
         !matches!(self.form(), Form::Other)
             || !self.grown.parts.is_empty() && self.parts().all(|(part, _)| part.has_closed_form())
+    }
+
+    /// True if its exact overlap with a plane is found without samples.
+    pub fn has_closed_form_at_planes(&self) -> bool {
+        let has = |part: &Body| part.grown.cylinder.is_some() || !matches!(part.form(), Form::Other);
+        self.parts_or_self().all(|(part, _)| has(&part))
     }
 
     /// Its parts, if it has several, with their centres relative to its own (m, world axes).
@@ -333,6 +349,9 @@ pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
         (Geometry::Sampled { samples }, _) => samples,
         (Geometry::Exact, Surface::Plane { point, normal }) => {
             let plane = Plane { normal: *normal, offset: normal.dot(point) };
+            if let Some(cylinder) = body.grown.cylinder {
+                return cylinder_plane::overlap(cylinder, &body.rotation(), &plane);
+            }
             match body.form() {
                 Form::Sphere(radius) => return sphere_plane::overlap(radius, &plane),
                 Form::Solid(solid) => return polyhedra::overlap_plane(solid, &body.rotation(), &plane),
@@ -350,7 +369,7 @@ pub fn intersects_wall(body: &Body, wall: &Surface) -> bool {
         return body.parts().any(|(part, arm)| intersects_wall(&part, &wall.seen_from(arm)));
     }
     match (body.form(), wall) {
-        (Form::Other, Surface::Plane { normal, .. }) => {
+        (Form::Other, Surface::Plane { normal, .. }) if body.grown.cylinder.is_none() => {
             let along = body.orientation.inverse_transform_vector(normal);
             let lowest = body.grown.shape.support(-along).dot(&along);
             wall.distance(Vec3::zeros()) + lowest < body.grown.enlargement
@@ -364,23 +383,24 @@ mod tests {
     use super::*;
     use crate::contact::tests::{random, random_direction, random_turn};
     use crate::shape::polyhedron::SINGLE_PRECISION;
-    use crate::shape::{Capsule, Cuboid, Ellipsoid, Polyhedron, Sphere};
+    use crate::shape::{Capsule, Cuboid, Cylinder, Ellipsoid, Polyhedron, Sphere};
 
     #[test]
     fn what_touches_has_an_overlap_and_what_does_not_has_none() {
-        let shapes: [Arc<dyn Shape>; 5] = [
+        let shapes: [Arc<dyn Shape>; 6] = [
             Arc::new(Sphere { radius: 0.5 }),
             Arc::new(Cuboid::new(Vec3::repeat(1.0)).unwrap()),
             Arc::new(Cuboid::new(Vec3::new(1.2, 0.9, 0.3)).unwrap()),
             Arc::new(Ellipsoid::new(Vec3::new(0.7, 0.5, 0.3)).unwrap()),
             Arc::new(Capsule::new(0.4, 0.8).unwrap()),
+            Arc::new(Cylinder::new(0.8, 0.6).unwrap()),
         ];
         let shapes = shapes.map(|shape| GrownShape::new(shape, 0.02));
         let mut random = random(3);
         let (mut touching, mut small) = (0, 0);
         for n in 0..6000 {
             let [first, second] =
-                [n % 5, n / 5 % 5].map(|i| Body { grown: &shapes[i], orientation: random_turn(&mut random) });
+                [n % 6, n / 6 % 6].map(|i| Body { grown: &shapes[i], orientation: random_turn(&mut random) });
             let reach = first.grown.reach() + second.grown.reach();
             let offset = random_direction(&mut random) * (0.4 + 0.6 * (n % 97) as f64 / 97.0) * reach;
             let touches = intersects(&first, &second, offset);
@@ -390,6 +410,7 @@ mod tests {
             touching += u32::from(touches);
             let wall = Surface::Plane { point: offset, normal: -offset.normalize() };
             let beside = overlap_wall(Geometry::Exact, &first, &wall).is_some();
+            assert!(!beside || wall.distance(Vec3::zeros()) < first.grown.reach(), "{n}");
             if intersects_wall(&first, &wall) != beside {
                 assert!(!beside, "{n}");
                 small += 1;

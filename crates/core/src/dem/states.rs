@@ -227,7 +227,7 @@ impl Limits {
         for i in (0..bodies.len()).filter(|&i| bodies[i].1) {
             let (position, body, radius, thickness) = of(i);
             for (wall, surface) in &surfaces {
-                let depth = if surface.is_plane() && body.has_closed_form() {
+                let depth = if surface.is_plane() && body.has_closed_form_at_planes() {
                     let seen = overlap_wall(Geometry::Exact, &body, &surface.seen_from(position));
                     seen.map_or(0.0, |overlap| overlap.depth)
                 } else {
