@@ -7,12 +7,13 @@ const REFERENCE: &str = include_str!("../../../../validation/channel/reference.c
 
 pub(super) const CASE: Case = Case {
     name: "channel",
-    question: "Poiseuille flow between plates and in a square and a 1:2 duct, forces on the walls",
+    question: "Poiseuille flow between plates and in a square and a 1:2 duct, forces on the walls, the viscosity of eddies",
     source: "White (2006), Viscous Fluid Flow, Eq. (3-48)",
     parts: &[
         Part::quick(0.5, plates),
         Part::quick(0.5, |context, found| duct(context, found, "square", [16, 16])),
         Part::quick(1.0, |context, found| duct(context, found, "one_to_two", [16, 32])),
+        Part::quick(1.0, eddies),
     ],
 };
 
@@ -22,6 +23,8 @@ const CELL: f64 = 1e-4;
 const PLATES: f64 = 1e-6;
 /// Of the largest and the mean velocity in a duct of 16 cells.
 const DUCT: f64 = 5e-3;
+/// Of the profile with the viscosity of eddies, over its maximum, with 24 cells.
+const EDDIES: f64 = 5e-3;
 /// Of the force on the walls against that on the fluid.
 const FORCE: f64 = 1e-4;
 
@@ -64,6 +67,50 @@ fn plates(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let axes = ["height over distance (-)", "velocity over largest (-)"];
     let curves = [reference("parabola", parabola), measured("measured", points)];
     found.plot("plates", "Flow between two plates", axes, curves);
+    Ok(())
+}
+
+/// Plates with the viscosity of Smagorinsky's eddies, which is greatest at the walls.
+fn eddies(context: &SuiteContext, found: &mut Findings) -> Result<()> {
+    const CONSTANT: f64 = 0.5;
+    let lattice = format!(
+        "lattice={{ cells_per_diameter = 2, relaxation_time = 0.51, collision = \"recursive_regularised\", \
+         smagorinsky = {CONSTANT} }}"
+    );
+    let own =
+        ["domain.size=[4e-4, 4e-4, 2.4e-3]", "driving.body_acceleration=[0.6, 0.0, 0.0]", "run.end.time=6"];
+    let own: Vec<String> = own.map(str::to_string).into_iter().chain([lattice]).collect();
+    let setup = context.setup(TEXT, CASE.name, &own)?;
+    let (profile, force) = steady(&setup)?;
+    let [_, ny, nz] = setup.domain.cells;
+    let (fluid, height) = (setup.expect_fluid(), setup.domain.size().z);
+    let (nu, a) = (fluid.viscosity, fluid.body_acceleration.at(0.0).x);
+    let square = (CONSTANT * CELL) * (CONSTANT * CELL);
+    // The stress a s at the distance s from the middle is (nu + (C dx)^2 |u'|) |u'|.
+    let integral = |s: f64| {
+        let root = (nu * nu + 4.0 * square * a * s).sqrt();
+        root * root * root / (12.0 * square * square * a) - nu * s / (2.0 * square)
+    };
+    let exact = |z: f64| integral(0.5 * height) - integral((z - 0.5 * height).abs());
+    let fastest = exact(0.5 * height);
+    let points = (0..nz).map(|z| [(z as f64 + 0.5) / nz as f64, profile[1 + ny * z] / fastest]);
+    let points: Vec<[f64; 2]> = points.collect();
+    let worst = points.iter().map(|[s, u]| (u - exact(s * height) / fastest).abs()).fold(0.0, f64::max);
+    let quantity = "plates, Smagorinsky's constant 0.5: largest error of the profile over its maximum (-)";
+    found
+        .absolute(quantity, worst, 0.0, EDDIES)
+        .source("integral of (nu + (C dx)^2 |u'|) u' = a (H / 2 - z)");
+    let without = a * height * height / (8.0 * nu);
+    let quantity = "plates, Smagorinsky's constant 0.5: largest velocity over that without eddies (-)";
+    let middle = 0.5 * (profile[1 + ny * (nz / 2 - 1)] + profile[1 + ny * (nz / 2)]);
+    let beside = exact(0.5 * height + 0.5 * CELL);
+    found.relative(quantity, middle / without, beside / without, EDDIES).source("the same");
+    let quantity = "plates, Smagorinsky's constant 0.5: force on the walls over that on the fluid (-)";
+    found.relative(quantity, force, 1.0, FORCE).source("balance of momentum");
+    let curve = (0..=100).map(|k| 0.01 * f64::from(k)).map(|s| [s, exact(s * height) / fastest]);
+    let axes = ["height over distance (-)", "velocity over largest (-)"];
+    let curves = [reference("exact", curve), measured("measured", points)];
+    found.plot("eddies", "Flow between two plates with the viscosity of eddies", axes, curves);
     Ok(())
 }
 
