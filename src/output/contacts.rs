@@ -78,47 +78,56 @@ pub const ARRAYS: [(&str, usize); 9] = [
     ("image", 3),
 ];
 
+/// Numbers of an array of [`ARRAYS`].
+struct Column<'a> {
+    name: &'a str,
+    numbers: &'a [f64],
+}
+
+impl Column<'_> {
+    /// Those of the n-th contact.
+    fn of<const N: usize>(&self, n: usize) -> Result<[f64; N], String> {
+        let found: [f64; N] = std::array::from_fn(|k| self.numbers[n * N + k]);
+        let sound = found.iter().all(|number| number.is_finite());
+        sound
+            .then_some(found)
+            .ok_or_else(|| format!("the array `{}` has a number that is not finite", self.name))
+    }
+
+    /// Those of the n-th contact, which are whole and in a range.
+    fn whole<const N: usize>(&self, n: usize, from: f64, to: f64) -> Result<[f64; N], String> {
+        let found = self.of(n)?;
+        let fits = |x: &f64| (from..=to).contains(x) && (x - x.trunc()).abs() <= 0.0;
+        match found.iter().find(|x| !fits(x)) {
+            None => Ok(found),
+            Some(x) => Err(format!("the array `{}` has {x}, which no contact has", self.name)),
+        }
+    }
+}
+
 /// The contacts that [`contacts`] has written, from the numbers in [`ARRAYS`], between particles and `walls` walls.
 ///
 /// # Errors
 /// Names an array with numbers that no contact has.
 pub fn from_arrays(arrays: &[Vec<f64>], walls: usize) -> Result<Vec<ContactState>, String> {
-    let numbers = |array: usize, n: usize| {
-        let (name, components) = ARRAYS[array];
-        let of = &arrays[array][n * components..][..components];
-        let found = of.iter().all(|number| number.is_finite()).then_some(of);
-        found.ok_or_else(|| format!("the array `{name}` has a number that is not finite"))
-    };
-    let vector = |array: usize, n: usize| numbers(array, n).map(|of| [of[0], of[1], of[2]]);
-    let whole = |array: usize, number: f64, [from, to]: [f64; 2]| {
-        let fits = (from..=to).contains(&number) && (number - number.trunc()).abs() <= 0.0;
-        fits.then_some(number)
-            .ok_or_else(|| format!("the array `{}` has {number}, which no contact has", ARRAYS[array].0))
-    };
+    let [first, second, depth, volume, parts, points, normals, forces, images] =
+        std::array::from_fn(|k| Column { name: ARRAYS[k].0, numbers: &arrays[k] });
+    let last_part = f64::from(ContactKey::MOST_PARTS - 1);
     let contact = |n: usize| {
-        let second = whole(1, numbers(1, n)?[0], [-(walls as f64), LARGEST_ID])?;
-        let (mut parts, mut shift) = ([0; 2], [0; 3]);
-        for (part, number) in parts.iter_mut().zip(numbers(4, n)?) {
-            *part = whole(4, *number, [0.0, f64::from(ContactKey::MOST_PARTS - 1)])? as u32;
-        }
-        for (along, number) in shift.iter_mut().zip(numbers(8, n)?) {
-            *along = whole(8, *number, [-1.0, 1.0])? as i8;
-        }
+        let [id] = first.whole(n, 0.0, LARGEST_ID)?;
+        let [other] = second.whole(n, -(walls as f64), LARGEST_ID)?;
         let key = ContactKey {
-            first: whole(0, numbers(0, n)?[0], [0.0, LARGEST_ID])? as u64,
-            second: if second < 0.0 {
-                ContactState::of_wall((-1.0 - second) as usize)
-            } else {
-                second as u64
-            },
-            parts,
+            first: id as u64,
+            second: if other < 0.0 { ContactState::of_wall((-1.0 - other) as usize) } else { other as u64 },
+            parts: parts.whole::<2>(n, 0.0, last_part)?.map(|part| part as u32),
         };
+        let shift = images.whole::<3>(n, -1.0, 1.0)?.map(|along| along as i8);
         let ContactKey { first, second, parts } = key.with_shift(shift);
-        let [point, normal, force] = [vector(5, n)?, vector(6, n)?, vector(7, n)?];
-        let (depth, volume) = (numbers(2, n)?[0], numbers(3, n)?[0]);
+        let ([depth], [volume]) = (depth.of(n)?, volume.of(n)?);
+        let [point, normal, force] = [points.of(n)?, normals.of(n)?, forces.of(n)?];
         Ok(ContactState { first, second, parts, point, normal, force, depth, volume })
     };
-    (0..arrays[0].len()).map(contact).collect()
+    (0..first.numbers.len()).map(contact).collect()
 }
 
 /// The lines from the centres of the particles, ascending by id, to their contacts.

@@ -161,17 +161,13 @@ fn contacts_of(setup: &Setup, file: &Path, particles: &[Particle]) -> Result<Opt
     }
     let of_part = |bytes: &[u8], name: &str| {
         let arrays = positions::arrays_of_a_run(bytes, &contacts::ARRAYS);
-        let read = |arrays: Option<Vec<Vec<f64>>>| match arrays {
-            Some(arrays) => {
-                Ok(contacts::from_arrays(&arrays, setup.walls.len())?.into_iter().map(Some).collect())
-            }
-            None => Ok(vec![None]),
-        };
-        arrays.and_then(read).map_err(|what| format!("{name}: {what}"))
+        let read = |arrays: Vec<Vec<f64>>| contacts::from_arrays(&arrays, setup.walls.len());
+        arrays.and_then(|arrays| arrays.map(read).transpose()).map_err(|what| format!("{name}: {what}"))
     };
     let Some(found) = of_parts(file, of_part)?.into_iter().collect::<Option<Vec<_>>>() else {
         return Ok(None);
     };
+    let found = found.concat();
     let is_known = |id: &u64| particles.binary_search_by_key(id, |particle| particle.id).is_ok();
     match found.iter().flat_map(contacts::ids).find(|id| !is_known(id)) {
         None => Ok(Some(found)),
@@ -187,14 +183,11 @@ fn contacts_of(setup: &Setup, file: &Path, particles: &[Particle]) -> Result<Opt
 /// # Errors
 /// Of reading the file, and of a file that is none of them.
 pub fn particles_in(file: &Path) -> Result<Vec<Row>> {
-    of_parts(file, positions::of_a_run)
+    Ok(of_parts(file, positions::of_a_run)?.concat())
 }
 
-/// Contents of a file of points of a run, or of its pieces.
-fn of_parts<T: Clone>(
-    file: &Path,
-    read: impl Fn(&[u8], &str) -> std::result::Result<Vec<T>, String>,
-) -> Result<Vec<T>> {
+/// Contents of a file of points of a run, or of each of its pieces.
+fn of_parts<T>(file: &Path, read: impl Fn(&[u8], &str) -> std::result::Result<T, String>) -> Result<Vec<T>> {
     let index = pieces::index(file);
     let parts: Vec<PathBuf> = if index.exists() {
         let text = input::read_unlinked(&index, input::RECORD).map_err(|e| Error::io("read", &index, e))?;
@@ -215,5 +208,5 @@ fn of_parts<T: Clone>(
             ))
         })
     };
-    Ok(parts.iter().map(of_part).collect::<Result<Vec<_>>>()?.concat())
+    parts.iter().map(of_part).collect()
 }

@@ -81,12 +81,15 @@ pub(super) fn parse(bytes: &[u8], name: &str, columns: &Columns, several: bool) 
     Ok(Found { placements, notes: Vec::new() })
 }
 
+/// Pieces of at most [`MOST`] points in all.
+fn bounded(pieces: Vec<Piece<'_>>) -> Result<Vec<Piece<'_>>, String> {
+    let count = pieces.iter().map(|piece| piece.count).fold(0, usize::saturating_add);
+    if count > MOST { Err(format!("more than {MOST} points")) } else { Ok(pieces) }
+}
+
 /// Numbers of the points of a file in arrays with these names and numbers of components, piece after piece; none if one is missing.
 pub(super) fn arrays(bytes: &[u8], wanted: &[(&str, usize)]) -> Result<Option<Vec<Vec<f64>>>, String> {
-    let pieces = xml::pieces(bytes)?;
-    if pieces.iter().map(|piece| piece.count).fold(0, usize::saturating_add) > MOST {
-        return Err(format!("more than {MOST} points"));
-    }
+    let pieces = bounded(xml::pieces(bytes)?)?;
     let mut all = vec![Vec::new(); wanted.len()];
     for piece in pieces.iter().filter(|piece| piece.count > 0) {
         for ((name, components), numbers) in wanted.iter().zip(&mut all) {
@@ -107,10 +110,8 @@ pub(super) fn points(
 ) -> Result<Vec<Placement>, String> {
     let is_legacy = bytes.trim_ascii_start().first() == Some(&b'#');
     let bad = |what: String| format!("{name}: {what}; {EXPECTED}");
-    let pieces = if is_legacy { legacy::pieces(bytes) } else { xml::pieces(bytes) }.map_err(bad)?;
-    if pieces.iter().map(|piece| piece.count).fold(0, usize::saturating_add) > MOST {
-        return Err(bad(format!("more than {MOST} points")));
-    }
+    let pieces = if is_legacy { legacy::pieces(bytes) } else { xml::pieces(bytes) };
+    let pieces = pieces.and_then(bounded).map_err(bad)?;
     let kind = Alias { name: "type", target: KIND, factor: 1.0, constant: -1.0 };
     let aliases = if several { vec![kind] } else { Vec::new() };
     let dialect = Dialect { lenient: true, aliases, ..Dialect::default() };

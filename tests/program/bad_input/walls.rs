@@ -316,6 +316,11 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         |faces: &str| format!("[4, 4, 4] }}\nperiodic = [true, true, false]\n[domain.faces]\n{faces}");
     let inlet = "\"z-\" = { inlet = { velocity = [0, 0, 1e-3] } }";
     let outlet = "\"z+\" = { outlet = {} }";
+    let with_profile = |profile: &str| {
+        closed(&format!(
+            "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {profile} }} }}\n{outlet}"
+        ))
+    };
     let tables: Vec<(&str, String, &[&str])> = vec![
         (
             SIZE,
@@ -369,9 +374,7 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = \"parabolic\" }} }}\n{outlet}"
-            )),
+            with_profile("\"parabolic\""),
             &["bad.toml:6:", "\"parabolic\"", "no direction along it has walls", "uniform"],
         ),
         (
@@ -421,9 +424,7 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, 1], [1e-3, 0, 1], [0, 1e-3, 1]] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [[0, 0, 1], [1e-3, 0, 1], [0, 1e-3, 1]] }"),
             &[
                 "bad.toml:6:",
                 "the points of `domain.faces.z-.inlet.profile.table` form no grid",
@@ -433,49 +434,37 @@ fn inlets_outlets_and_free_slip_that_cannot_be_are_refused() {
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, 1], [0, 0, 2]] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [[0, 0, 1], [0, 0, 2]] }"),
             &["bad.toml:6:", "form no grid: (x, y) = (0, 0) m is there twice"],
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [] }"),
             &["bad.toml:6:", "`domain.faces.z-.inlet.profile.table`", "no rows"],
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, nan]] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [[0, 0, nan]] }"),
             &["bad.toml:6:", "`domain.faces.z-.inlet.profile.table.0` is NaN", "finite number"],
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, -5e4], [1e-3, 0, 1]] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [[0, 0, -5e4], [1e-3, 0, 1]] }"),
             &["bad.toml:6:", "the inlet \"z-\" is 5.0000e1 m/s", "cells per time step"],
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[0, 0, -1]] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [[0, 0, -1]] }"),
             &["bad.toml:6:", "`domain.faces.z-.inlet.profile.table` has no factor above 0"],
         ),
         (
             SIZE,
-            closed(&format!(
-                "\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = {{ table = [[5, 0, 1], [9, 0, 1]] }} }} }}\n{outlet}"
-            )),
+            with_profile("{ table = [[5, 0, 1], [9, 0, 1]] }"),
             &["bad.toml:6:", "reach from x = 5.0000e0 m to 9.0000e0 m", "coordinates in m"],
         ),
         (
             SIZE,
-            closed(&format!("\"z-\" = {{ inlet = {{ velocity = [0, 0, 1e-3], profile = \"plug\" }} }}\n{outlet}")),
+            with_profile("\"plug\""),
             &["bad.toml:6:", "domain.faces.z-.inlet.profile", "parabolic"],
         ),
         (

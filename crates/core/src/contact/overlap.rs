@@ -73,8 +73,6 @@ pub struct GrownShape {
 #[derive(Debug)]
 struct Piece {
     passage: Passage,
-    /// Radius of the grown cylinder (m), if it is one.
-    cylinder: Option<f64>,
     grown: GrownShape,
     /// Part of the overlap of grown pieces that counts: these have grown ends.
     part: f64,
@@ -84,8 +82,7 @@ impl Piece {
     fn new(shape: &dyn Shape, enlargement: f64) -> Option<Self> {
         let (passage, piece) = (shape.passage()?, shape.piece()?);
         let part = passage.length / (passage.length + 2.0 * enlargement);
-        let cylinder = shape.as_cylinder().map(|(radius, _)| radius + enlargement);
-        Some(Self { passage, cylinder, grown: GrownShape::new(piece, enlargement), part })
+        Some(Self { passage, grown: GrownShape::new(piece, enlargement), part })
     }
 }
 
@@ -144,28 +141,30 @@ enum Form<'a> {
     /// Radius (m).
     Sphere(f64),
     Solid(&'a Solid),
+    /// Radius and half length (m).
+    Cylinder([f64; 2]),
     Other,
 }
 
 impl Body<'_> {
     fn form(&self) -> Form<'_> {
-        match (&self.grown.solid, self.grown.sphere) {
-            (Some(solid), _) => Form::Solid(solid),
-            (None, Some(radius)) => Form::Sphere(radius),
-            (None, None) => Form::Other,
+        let GrownShape { solid, sphere, cylinder, .. } = self.grown;
+        match (solid, sphere, cylinder) {
+            (Some(solid), ..) => Form::Solid(solid),
+            (None, Some(radius), _) => Form::Sphere(*radius),
+            (None, None, Some(lengths)) => Form::Cylinder(*lengths),
+            (None, None, None) => Form::Other,
         }
     }
 
     /// True if its exact overlap with another such body is found without samples.
     pub fn has_closed_form(&self) -> bool {
-        !matches!(self.form(), Form::Other)
-            || !self.grown.parts.is_empty() && self.parts().all(|(part, _)| part.has_closed_form())
+        self.parts_or_self().all(|(part, _)| matches!(part.form(), Form::Sphere(_) | Form::Solid(_)))
     }
 
     /// True if its exact overlap with a plane is found without samples.
     pub fn has_closed_form_at_planes(&self) -> bool {
-        let has = |part: &Body| part.grown.cylinder.is_some() || !matches!(part.form(), Form::Other);
-        self.parts_or_self().all(|(part, _)| has(&part))
+        self.parts_or_self().all(|(part, _)| !matches!(part.form(), Form::Other))
     }
 
     /// Its parts, if it has several, with their centres relative to its own (m, world axes).
@@ -187,11 +186,11 @@ impl Body<'_> {
     }
 }
 
-/// Bodies that go through the box along the same axis, as the pieces side by side in it, and the offset (m) across them.
+/// Bodies that go through the box along the same axis, as the pieces side by side in it, with that of the first, and the offset (m) across them.
 fn side_by_side<'a>(
     [first, second]: [&Body<'a>; 2],
     mut offset: Vec3,
-) -> Option<([&'a Piece; 2], [Body<'a>; 2], Vec3)> {
+) -> Option<(&'a Piece, [Body<'a>; 2], Vec3)> {
     let (a, b) = (first.grown.piece.as_deref()?, second.grown.piece.as_deref()?);
     let axis = a.passage.axis;
     if axis != b.passage.axis {
@@ -199,7 +198,7 @@ fn side_by_side<'a>(
     }
     offset[axis] = 0.0;
     let of = |piece: &'a Piece, body: &Body| Body { grown: &piece.grown, ..*body };
-    Some(([a, b], [of(a, first), of(b, second)], offset))
+    Some((a, [of(a, first), of(b, second)], offset))
 }
 
 /// Returns true if the spheres that hold two bodies meet; false if the offset is not finite.
@@ -268,9 +267,11 @@ fn overlap_of_any(
         });
         return deepest(each);
     }
-    if let Some(([a, b], [one, other], across)) = side_by_side([first, second], offset) {
-        if let (Geometry::Exact, Some(first), Some(second)) = (geometry, a.cylinder, b.cylinder) {
-            return parallel::cylinders([first, second], a.passage.length, across);
+    if let Some((a, [one, other], across)) = side_by_side([first, second], offset) {
+        if let (Geometry::Exact, Form::Cylinder([radius, _]), Form::Cylinder([other, _])) =
+            (geometry, first.form(), second.form())
+        {
+            return parallel::cylinders([radius, other], a.passage.length, across);
         }
         let found = overlap_of_any(geometry, [&one, &other], rotations, across, hint)?;
         return Some(found.of_piece(a.part, a.passage.axis));
@@ -333,8 +334,8 @@ pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
     }
     if let Some(piece) = &body.grown.piece {
         let Passage { axis, length, .. } = piece.passage;
-        if let (Geometry::Exact, Some(radius), Surface::Plane { normal, .. }) =
-            (geometry, piece.cylinder, wall)
+        if let (Geometry::Exact, Form::Cylinder([radius, _]), Surface::Plane { normal, .. }) =
+            (geometry, body.form(), wall)
         {
             let plane = (wall.distance(Vec3::zeros()), -normal);
             return parallel::cylinder_at_plane(radius, length, plane);
@@ -349,12 +350,10 @@ pub fn overlap_wall(geometry: Geometry, body: &Body, wall: &Surface) -> Option<O
         (Geometry::Sampled { samples }, _) => samples,
         (Geometry::Exact, Surface::Plane { point, normal }) => {
             let plane = Plane { normal: *normal, offset: normal.dot(point) };
-            if let Some(cylinder) = body.grown.cylinder {
-                return cylinder_plane::overlap(cylinder, &body.rotation(), &plane);
-            }
             match body.form() {
                 Form::Sphere(radius) => return sphere_plane::overlap(radius, &plane),
                 Form::Solid(solid) => return polyhedra::overlap_plane(solid, &body.rotation(), &plane),
+                Form::Cylinder(lengths) => return cylinder_plane::overlap(lengths, &body.rotation(), &plane),
                 Form::Other => sampled::DEFAULT_SAMPLES,
             }
         }
@@ -369,7 +368,7 @@ pub fn intersects_wall(body: &Body, wall: &Surface) -> bool {
         return body.parts().any(|(part, arm)| intersects_wall(&part, &wall.seen_from(arm)));
     }
     match (body.form(), wall) {
-        (Form::Other, Surface::Plane { normal, .. }) if body.grown.cylinder.is_none() => {
+        (Form::Other, Surface::Plane { normal, .. }) => {
             let along = body.orientation.inverse_transform_vector(normal);
             let lowest = body.grown.shape.support(-along).dot(&along);
             wall.distance(Vec3::zeros()) + lowest < body.grown.enlargement
