@@ -27,6 +27,15 @@ fn coefficients(setup: &Setup, run: &Simulation, velocity: f64) -> [f64; 2] {
     [force.x / unit, force.y / unit]
 }
 
+/// Times at which a course of times and values rises through the mean of its values.
+pub(super) fn rises(course: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
+    let course: Vec<[f64; 2]> = course.collect();
+    let mean = course.iter().map(|row| row[1]).sum::<f64>() / course.len() as f64;
+    let through = course.windows(2).filter(|pair| pair[0][1] < mean && pair[1][1] >= mean);
+    let time = |[t, low]: [f64; 2], [end, high]: [f64; 2]| t + (end - t) * (mean - low) / (high - low);
+    through.map(|pair| time(pair[0], pair[1])).collect()
+}
+
 fn steady(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let setup = context.setup(TEXT, CASE.name, &[])?;
     let mut run = Simulation::solo(&setup)?;
@@ -61,18 +70,14 @@ fn shedding(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         let [drag, lift] = coefficients(&setup, &run, 1.0);
         course.push([run.steps_done() as f64 * setup.time_step, drag, lift]);
     }
-    let mean = course.iter().map(|row| row[2]).sum::<f64>() / course.len() as f64;
-    let rises = course.windows(2).filter(|pair| pair[0][2] < mean && pair[1][2] >= mean);
-    let times: Vec<f64> = rises
-        .map(|pair| {
-            let [[t, _, low], [end, _, high]] = [pair[0], pair[1]];
-            t + (end - t) * (mean - low) / (high - low)
-        })
-        .collect();
-    let [Some(first), Some(last)] = [times.first(), times.last()] else {
-        return Err(unsteady("no vortices leave the cylinder; the mean lift is", mean));
+    let rises = rises(course.iter().map(|row| [row[0], row[2]]));
+    let [first, .., last] = rises[..] else {
+        return Err(unsteady(
+            "no vortices leave the cylinder; its last lift is",
+            course[course.len() - 1][2],
+        ));
     };
-    let frequency = (times.len() - 1) as f64 / (last - first);
+    let frequency = (rises.len() - 1) as f64 / (last - first);
     let drag = course.iter().map(|row| row[1]).fold(0.0, f64::max);
     let lift = course.iter().map(|row| row[2]).fold(0.0, f64::max);
     let table = Table::new(REFERENCE);

@@ -87,7 +87,7 @@ fn plates(context: &SuiteContext, found: &mut Findings) -> Result<()> {
 }
 
 /// Spheres of facets, of the volume of the spheres that they stand for.
-fn spheres(centres: &[Vec3], radius: f64, refinement: u32) -> WallMesh {
+pub(super) fn spheres(centres: &[Vec3], radius: f64, refinement: u32) -> WallMesh {
     let sphere = Sphere { radius }.surface_mesh(refinement);
     let volume: f64 = sphere
         .triangles
