@@ -34,7 +34,7 @@ use crate::dem::{ContactState, DemEngine, Load};
 use crate::device::Device;
 use crate::domain::{Block, Decomposition, Domain};
 use crate::error::{Error, Result};
-use crate::fluid::{Boundary, Flow, FlowState, FluidParams};
+use crate::fluid::{Asked, Boundary, Flow, FlowRow, FlowState, FluidParams};
 use crate::math::Vec3;
 pub use crate::output::Fields;
 use crate::particle::{Particle, ParticleStore, Template};
@@ -71,6 +71,8 @@ use std::rc::Rc;
 use std::sync::Arc;
 pub use together::read_together;
 pub use work::{CostFactors, Forecast, RankForecast, TimeEstimate, Traffic, bytes_per_cell, time_estimate};
+#[doc(hidden)]
+pub use writers::FlowOfRows;
 #[cfg(feature = "pictures")]
 pub use writers::write_start;
 pub use writers::{
@@ -149,7 +151,11 @@ pub struct Simulation {
     record: insertion::Record,
     /// Time that this rank has worked, if it is measured.
     busy: Option<Busy>,
+    /// Gets the rows of the flow in the coming sweep, or before it.
+    rows: Option<Box<VisitRow>>,
 }
+
+type VisitRow = dyn FnMut(&FlowRow);
 
 /// The fluid, and what couples it to the particles.
 struct FluidSystem {
@@ -324,6 +330,7 @@ impl Simulation {
             record: insertion::Record::new(setup.templates.len(), &plan, 0),
             plan: Rc::new(plan),
             busy: None,
+            rows: None,
         })
     }
 
@@ -342,9 +349,10 @@ impl Simulation {
 
     /// A step of the particles that there are.
     fn move_all(&mut self) -> Result<()> {
-        let Self { comm, units, system, dem, timings: t, failure, external, applied, busy, .. } = self;
+        let Self { comm, units, system, dem, timings: t, failure, external, applied, busy, rows, .. } = self;
         let measure = self.step.is_multiple_of(CONTROL_INTERVAL);
-        let mut flow = None;
+        let (mut flow, mut rows) = (None, rows.take());
+        let asked = Asked { flow: measure, rows: rows.as_mut().map(|visit| &mut **visit as _) };
         let mut loads = if let Some(system) = system {
             system.move_walls(Some(self.step));
             let FluidSystem { fluid, coupling, driving, .. } = system;
@@ -352,7 +360,7 @@ impl Simulation {
             let lattice = acceleration / units.acceleration();
 
             t.stage("map", || coupling.map(dem.particles()));
-            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, measure));
+            flow = t.stage("fluid", || fluid.sweep(lattice.into(), coupling, asked));
             t.stage("loads", || coupling.loads(dem.particles(), acceleration, comm))
         } else {
             vec![Load::default(); dem.particles().owned]
@@ -389,6 +397,12 @@ impl Simulation {
             }
             None => Ok(()),
         }
+    }
+
+    /// True if the coming sweep finds the particles and the fluid of the processor as they are now.
+    fn is_swept_as_it_is(&self) -> bool {
+        let on_device = self.system.as_ref().is_some_and(|system| system.fluid.device_traffic().is_some());
+        self.plan.is_empty() && !on_device
     }
 
     /// Advances by `count` time steps; errors as [`step`](Self::step), those of the particles and the engine not after the last of

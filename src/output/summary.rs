@@ -83,7 +83,7 @@ pub struct Summary {
     pub mlups: f64,
     /// Wall time of all steps since the run began or was resumed (s).
     pub wall_seconds: f64,
-    /// Seconds per step by stage, in the mean over all steps: `pictures` (drawing) and `observe` (all other output) take their time at the
+    /// Seconds per step by stage, in the mean over all steps: `pictures` (drawing) and `observe` (all other output, but for profiles of the flow in a sweep) take their time at the
     /// steps at which something is due.
     pub stages: BTreeMap<String, f64>,
     /// Storage of the populations.

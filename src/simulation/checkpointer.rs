@@ -119,6 +119,7 @@ impl<'a> Checkpointer<'a> {
         if simulation.checkpoint == Some(step) || !(asked || at_end) {
             return Ok(());
         }
+        observer.complete_later(simulation)?;
         let start = Instant::now();
         let (write_seconds, run) = (self.write_seconds, self.run.clone());
         let written = simulation.write_state(&self.folder, self.setup, |comm| {

@@ -62,6 +62,11 @@ impl Plan {
             sections: setup.sections.iter().copied().zip(free).collect(),
         }
     }
+
+    /// True if no particle comes or goes.
+    pub(super) fn is_empty(&self) -> bool {
+        self.insertions.is_empty() && self.removals.is_empty()
+    }
 }
 
 impl Record {

@@ -9,7 +9,9 @@ mod row;
 mod summary;
 mod sums;
 
-use super::writers::{self, Need, RankOutput, RankState, RootOutput, Writer, WriterState, slice_planes};
+use super::writers::{
+    self, FlowOfRows, Need, RankOutput, RankState, RootOutput, Writer, WriterState, slice_planes,
+};
 use super::{Measurement, Progress, Simulation};
 use crate::case::Setup;
 use crate::comm::Comm;
@@ -22,9 +24,11 @@ pub(super) use gather::{each_row, fields as all_fields, own_fields};
 pub(super) use near::{Centre, at_owners, centres_near, to_owners};
 pub(super) use row::{PAIRS, branch_moment, settles_for_ever, settling_direction};
 use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
 pub use summary::device_name;
@@ -45,6 +49,8 @@ pub(super) struct Observer<'a> {
     opened: Option<File>,
     files: OutputFiles,
     writers: Writers<'a>,
+    /// Those that wait for the rows of the flow.
+    later: Vec<Later>,
     /// Steps at which they have written last.
     done: Vec<Option<u64>>,
     /// True if every rank writes its own pieces of files.
@@ -56,6 +62,14 @@ pub(super) struct Observer<'a> {
     warnings: Vec<String>,
     /// Only on rank 0.
     progress: Option<Arc<dyn Progress>>,
+}
+
+/// A step that a writer completes when its [rows](Writer::of_rows) have passed.
+struct Later {
+    writer: usize,
+    step: u64,
+    sums: Sums,
+    rows: Rc<RefCell<FlowOfRows>>,
 }
 
 /// State of the writers, by their names, to continue from.
@@ -111,6 +125,7 @@ impl<'a> Observer<'a> {
             opened: is_root.then(|| File::open(&setup.plan.output.directory).ok()).flatten(),
             files: OutputFiles::new(&setup.plan.output.directory),
             done: vec![None; writers.len()],
+            later: Vec::new(),
             writers,
             pieces: comm.ranks_per_process() < comm.size(),
             is_root,
@@ -180,6 +195,9 @@ impl<'a> Observer<'a> {
         if let Some(progress) = &self.progress {
             progress.step(step);
         }
+        if last || self.later.first().is_some_and(|later| later.step < step) {
+            self.complete_later(simulation)?;
+        }
         let due: Vec<usize> = (0..self.writers.len())
             .filter(|&i| self.done[i] != Some(step) && self.writers[i].due(step, last))
             .collect();
@@ -199,7 +217,50 @@ impl<'a> Observer<'a> {
             simulation.timings.add(PICTURES, drawn);
         }
         simulation.timings.add("observe", start.elapsed().as_secs_f64() - drawn.unwrap_or(0.0));
+        if outcome.is_ok() && (last || !simulation.is_swept_as_it_is()) {
+            return self.complete_later(simulation);
+        }
         outcome
+    }
+
+    /// Completes what waits for the rows of a step, which have passed in the sweep of the next one or pass now. Collective.
+    pub(super) fn complete_later(&mut self, simulation: &mut Simulation) -> Result<()> {
+        let mut later = std::mem::take(&mut self.later);
+        let Some(step) = later.first().map(|later| later.step) else { return Ok(()) };
+        let start = Instant::now();
+        if let Some(mut visit) = simulation.rows.take().filter(|_| simulation.step == step) {
+            gather::each_row(simulation, simulation.block, &mut *visit);
+        }
+        for Later { sums, rows, .. } in &mut later {
+            rows.borrow_mut().add_to(sums);
+        }
+        simulation.comm.agree(self.intact())?;
+        let all: Vec<Sums> = later.iter_mut().map(|later| std::mem::take(&mut later.sums)).collect();
+        let totals = Sums::reduce(&all, &simulation.comm);
+        let time = step as f64 * self.setup.time_step;
+        let mut on_root = later.iter().zip(&totals).filter(|_| self.is_root);
+        let outcome = on_root.try_for_each(|(later, totals)| {
+            self.writers[later.writer].complete(&RootOutput::of(step, time, totals))
+        });
+        let outcome = simulation.comm.agree(outcome);
+        simulation.timings.add("observe", start.elapsed().as_secs_f64());
+        outcome
+    }
+
+    /// Lets the writers that are due and need the rows of the flow wait for them.
+    fn wait_for_rows(&mut self, simulation: &mut Simulation, due: &[usize], sums: &mut [Sums]) {
+        let step = simulation.step;
+        for (&writer, sums) in due.iter().zip(sums) {
+            if let Some(rows) = self.writers[writer].of_rows(simulation.block) {
+                let (sums, rows) = (std::mem::take(sums), Rc::new(RefCell::new(rows)));
+                self.later.push(Later { writer, step, sums, rows });
+            }
+        }
+        let rows: Vec<_> = self.later.iter().map(|later| later.rows.clone()).collect();
+        if !rows.is_empty() {
+            simulation.rows =
+                Some(Box::new(move |row| rows.iter().for_each(|rows| rows.borrow_mut().add(row))));
+        }
     }
 
     /// Returns true if a writer ends the run after this step. Collective.
@@ -239,9 +300,10 @@ impl<'a> Observer<'a> {
         let mut rank = RankState::new(simulation);
         let of_row = measured.map_or_else(Sums::default, |measured| row::sums(setup, &rank, measured));
         let of_each = due.iter().map(|&i| self.writers[i].sums(&mut rank));
-        let sums: Vec<Sums> = std::iter::once(of_row).chain(of_each).collect();
+        let mut sums: Vec<Sums> = std::iter::once(of_row).chain(of_each).collect();
         let touches = needed(Need::Contacts) || needed(Need::AllContacts);
         let touches = if touches { rank.into_contacts() } else { Vec::new() };
+        self.wait_for_rows(simulation, due, &mut sums[1..]);
         let totals = Sums::reduce(&sums, &simulation.comm);
         let row = measured.and_then(|measured| row::row(setup, simulation, measured, &totals[0]));
         let cut = &simulation.cut.clone();
@@ -271,7 +333,9 @@ impl<'a> Observer<'a> {
         }
         if outcome.is_ok() && self.is_root {
             let given = selected.into_iter().zip(&totals[1..]);
-            outcome = due.iter().zip(given).try_for_each(|(&i, (selected, totals))| {
+            let waits = |i: usize| self.later.iter().any(|later| later.writer == i);
+            let now = due.iter().zip(given).filter(|(i, _)| !waits(**i)).collect::<Vec<_>>();
+            outcome = now.into_iter().try_for_each(|(&i, (selected, totals))| {
                 let start = Instant::now();
                 let done = self.writers[i].complete(&RootOutput {
                     step: simulation.step,

@@ -89,13 +89,18 @@ impl<'a> Balance<'a> {
         Some(Self { setup, step: simulation.step, busy, every: EVERY, swept, lost: 0.0, price: None })
     }
 
-    /// Cuts the box anew if that is due, and returns true then. Errors: those of restoring the state, after which the run cannot go on.
-    /// Collective.
-    pub(super) fn cut_if_due(&mut self, simulation: &mut Simulation) -> Result<bool> {
+    /// Cuts the box anew if that is due, after what must come `before` it, and returns true then. Errors: those of `before`, and of restoring
+    /// the state, after which the run cannot go on. Collective.
+    pub(super) fn cut_if_due(
+        &mut self,
+        simulation: &mut Simulation,
+        before: &mut dyn FnMut(&mut Simulation) -> Result<()>,
+    ) -> Result<bool> {
         if simulation.step < self.step + self.every {
             return Ok(false);
         }
         let Some(cut) = self.look(simulation) else { return Ok(false) };
+        before(simulation)?;
         let start = Instant::now();
         simulation.cut_anew(self.setup, cut)?;
         let mut seconds = [start.elapsed().as_secs_f64()];
@@ -232,7 +237,7 @@ mod tests {
         on_threads(2, |comm| {
             let mut simulation = Simulation::new(setup, &halves, comm).unwrap();
             let mut balance = Balance::new(setup, &mut simulation).unwrap();
-            assert!(!balance.cut_if_due(&mut simulation).unwrap());
+            assert!(!balance.cut_if_due(&mut simulation, &mut |_| Ok(())).unwrap());
             simulation.advance(EVERY).unwrap();
             let hash = simulation.state_hash();
             let (swept, part) = balance.swept.clone();
@@ -241,7 +246,7 @@ mod tests {
             let took = |work: f64| 3.0 * work * EVERY as f64;
             simulation.busy =
                 Some(Busy { all: took(cells + covered + particles), particles: took(particles) });
-            let is_cut = balance.cut_if_due(&mut simulation).unwrap();
+            let is_cut = balance.cut_if_due(&mut simulation, &mut |_| Ok(())).unwrap();
             assert_eq!((is_cut, simulation.state_hash()), (simulation.cut != halves, hash));
             [halves.cuts[2].clone(), simulation.cut.cuts[2].clone()]
         })

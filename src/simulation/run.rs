@@ -405,11 +405,15 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             break ended;
         }
         if let Some(balance) = &mut balance {
-            balance.cut_if_due(&mut simulation)?;
+            balance.cut_if_due(&mut simulation, &mut |simulation| observer.complete_later(simulation))?;
         }
         let tells = simulation.step.is_multiple_of(CONTROL_INTERVAL);
         simulation.requests = if tells { checkpointer.requests(options) } else { Requests::default() };
-        simulation.step()?;
+        if let Err(error) = simulation.step() {
+            // The rows of the step before are good, and that they are written is no news.
+            let _ = observer.complete_later(&mut simulation);
+            return Err(error);
+        }
         asked = simulation.requests;
         if checkpointer.is_late(&simulation.comm, options) {
             if !asked.stop && simulation.step == first + 1 {
@@ -421,6 +425,7 @@ fn run_rank(plan: &Plan, comm: Comm) -> Result<Option<Summary>> {
             asked.stop = true;
         }
     };
+    observer.complete_later(&mut simulation)?;
     simulation.check()?;
     if let Some(text) = simulation.insertion_is_behind() {
         observer.warn(&text);

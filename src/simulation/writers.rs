@@ -26,6 +26,8 @@ mod wear;
 
 #[cfg(feature = "pictures")]
 pub use pictures::write_start;
+#[doc(hidden)]
+pub use profiles::FlowOfRows;
 
 use super::Simulation;
 use super::observe::{Sums, Totals, each_row};
@@ -84,6 +86,13 @@ pub trait Writer {
     /// ```
     fn sums(&self, _: &mut RankState) -> Sums {
         Sums::default()
+    }
+
+    /// Sums over the rows of the flow in a block, none of them added yet. The rows are those of the step, but pass in the sweep of the next one
+    /// where that is cheaper: the writer [completes](Self::complete) its step then.
+    #[doc(hidden)]
+    fn of_rows(&self, _: Block) -> Option<FlowOfRows> {
+        None
     }
 
     /// Writes what this rank has. Not collective.

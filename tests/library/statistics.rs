@@ -252,3 +252,63 @@ fn paths_are_those_of_the_particles_that_a_case_names() {
         assert!(ids.len() > 30 && ids.chunks(3).all(|ids| ids == [2.0, 17.0, 40.0]), "{ids:?}");
     }
 }
+
+/// Spheres that fall round a rod in a fluid.
+const FLOW: &str = r#"
+[domain]
+size = [4e-3, 4e-3, 6e-3]
+periodic = [true, true, false]
+[[walls]]
+name = "rod"
+rod = { point = [1.3e-3, 0, 1.2e-3], axis = [0, 1, 0], diameter = 1.5e-3 }
+[[walls]]
+name = "along"
+rod = { point = [0, 2e-3, 1.1e-3], axis = [1, 0, 0], diameter = 1.3e-3 }
+[fluid]
+density = 1000
+viscosity = 1e-6
+[lattice]
+cells_per_diameter = 5
+relaxation_time = 0.6
+[[particles]]
+shape = { sphere = { diameter = 1e-3 } }
+density = 2000
+list = [[1e-3, 1e-3, 4.2e-3], [3.9e-3, 2e-3, 3e-3], [2.2e-3, 3.1e-3, 5e-3]]
+[driving]
+gravity = [0, 0, -0.5]
+[run]
+end = { steps = 60 }
+[output]
+profiles = [{ axis = "x", bins = 7 }, { axis = "y", bins = 5 }, { axis = "z", bins = 30 }, { axis = "z", bins = 6, about = [2e-3, 2e-3, 0], radius = 2e-3 }]
+profiles_every = { steps = 20 }
+particles_every = "never"
+picture_every = "never"
+checkpoint_every = "never"
+"#;
+
+#[test]
+fn profiles_of_the_flow_in_the_next_sweep_are_those_of_a_pass_of_their_own() {
+    let root = tempfile::tempdir().unwrap();
+    let rows = |name: &str, options: &[&str]| {
+        let options: Vec<String> = options.iter().map(ToString::to_string).collect();
+        let (_, files) = written(&root.path().join(name), FLOW, &options);
+        let text = std::fs::read_to_string(files.table(directory::PROFILES)).unwrap();
+        let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+        let step = |row: &str| row.split(',').nth(1).and_then(|step| step.parse::<f64>().ok());
+        rows.filter(|row| step(row).expect("a step") < 50.0).map(str::to_string).collect::<Vec<_>>()
+    };
+    // The last rows of a run, and those of a checkpoint, take a pass; the others pass in the sweep of the next step.
+    for (name, method) in [
+        ("saturated", ["lattice.coupling=\"saturated\"", "fluid.precision=\"f32\""]),
+        ("homogenised", ["lattice.coupling=\"homogenised\"", "fluid.precision=\"f64\""]),
+        ("regularised", ["lattice.collision=\"recursive_regularised\"", "fluid.precision=\"f16\""]),
+    ] {
+        let rows =
+            |kind: &str, options: &[&str]| rows(&format!("{name}_{kind}"), &[&method, options].concat());
+        let swept = rows("swept", &["run.threads=1"]);
+        assert_eq!(swept.len(), 3 * 48);
+        assert_eq!(rows("last", &["run.end.steps=40", "run.threads=1"]), swept, "{name}");
+        assert_eq!(rows("saved", &["output.checkpoint_every={steps=20}", "run.threads=2"]), swept, "{name}");
+        assert_eq!(rows("three", &["run.simd=\"scalar\"", "run.threads=3"]), swept, "{name}");
+    }
+}

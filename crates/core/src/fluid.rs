@@ -61,6 +61,7 @@ pub use solid::{CHUNK, GROUP, SolidModel};
 pub(crate) use solid_row::SolidRow;
 pub(crate) use spheres::{HALF_DIAGONAL, NEAR};
 pub use spheres::{LatticeSphere, SphereImage, SphereRows};
+pub use sweep::Asked;
 use sweep::SweepDevice;
 pub(crate) use walls::SavedMean;
 use walls::Walls;
@@ -245,7 +246,7 @@ impl<S: Population> Fluid<S> {
             solid_row: SolidRow::new(layout.chunks_per_row()),
             halo,
             order,
-            measured: Measured { momentum: std::array::from_fn(|_| vec![S::Number::ZERO; row]) },
+            measured: Measured { momentum: std::array::from_fn(|_| vec![S::Number::ZERO; row]), bare: None },
             walls,
             relaxation_times,
             params: *params,

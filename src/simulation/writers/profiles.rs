@@ -9,6 +9,7 @@ use super::vtk::parsed;
 use super::{FileEstimate, NUMBER, Need, RankState, RootOutput, Writer, WriterState, files_of};
 use crate::case::{Profile, Rings, Setup};
 use crate::contact::CutPart;
+use crate::domain::Block;
 use crate::error::Result;
 use crate::math::{Mat3, Quat, Vec3};
 use crate::output::fronts::Column;
@@ -341,10 +342,11 @@ impl Writer for Profiles<'_> {
                 }
             }
         }
-        if self.setup.fluid.is_some() {
-            self.add_flow(rank, &mut sums);
-        }
         sums
+    }
+
+    fn of_rows(&self, block: Block) -> Option<FlowOfRows> {
+        self.setup.fluid.is_some().then(|| self.flow_of_rows(block))
     }
 
     fn complete(&mut self, output: &RootOutput) -> Result<()> {
@@ -390,5 +392,6 @@ impl Writer for Profiles<'_> {
 }
 
 mod flow;
+pub use flow::FlowOfRows;
 #[cfg(test)]
 mod tests;

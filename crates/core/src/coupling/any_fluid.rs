@@ -7,8 +7,8 @@ use crate::device::{Device, KernelCost};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
 use crate::fluid::{
-    Boundary, F16, Flow, FlowRow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean, Stresslet,
-    WallLoad, WallMotion,
+    Asked, Boundary, F16, Flow, FlowRow, FlowState, Fluid, FluidParams, Images, Precision, SavedMean,
+    Stresslet, WallLoad, WallMotion,
 };
 
 /// The fluid of one block, of any [`Precision`], in lattice units; see [`Fluid`].
@@ -133,8 +133,13 @@ impl AnyFluid {
     }
 
     /// As [`Coupling::sweep`]. Collective.
-    pub fn sweep(&mut self, acceleration: [f64; 3], coupling: &mut Coupling, measure: bool) -> Option<Flow> {
-        either!(self, fluid => coupling.sweep(fluid, acceleration, measure))
+    pub fn sweep<'a>(
+        &mut self,
+        acceleration: [f64; 3],
+        coupling: &mut Coupling,
+        asked: impl Into<Asked<'a>>,
+    ) -> Option<Flow> {
+        either!(self, fluid => coupling.sweep(fluid, acceleration, asked))
     }
 
     /// Gives the walls that vary their motion in the coming step, as [`Fluid::move_walls`].

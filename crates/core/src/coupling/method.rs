@@ -7,8 +7,8 @@ use super::mapper::{Image, Mapper};
 use super::saturated::{Saturated, SolidOperator};
 use crate::domain::Block;
 use crate::fluid::{
-    BlockSolids, Collision, ExchangeSum, Flow, FlowRow, Fluid, Images, Population, RigidMotion, RowSegments,
-    Simd, SolidModel, SphereRows, Stresslet,
+    Asked, BlockSolids, Collision, ExchangeSum, Flow, FlowRow, Fluid, Images, Population, RigidMotion,
+    RowSegments, Simd, SolidModel, SphereRows, Stresslet,
 };
 use crate::particle::Particle;
 use crate::shape::Shape;
@@ -132,16 +132,16 @@ impl Coupling {
     }
 
     /// Collides and streams all cells round the mapped particles, which receive their exchange of momentum, under a uniform
-    /// acceleration (cells per step squared); with `measure`, returns measurements of the cells before. Collective.
-    pub fn sweep<S: Population>(
+    /// acceleration (cells per step squared); returns the measurements of the cells before that are asked for. Collective.
+    pub fn sweep<'a, S: Population>(
         &mut self,
         fluid: &mut Fluid<S>,
         acceleration: [f64; 3],
-        measure: bool,
+        asked: impl Into<Asked<'a>>,
     ) -> Option<Flow> {
         self.begin_exchange(fluid);
         let flow = with_method!(self.params.method, method => {
-            fluid.sweep(acceleration, &mut self.solids(method), measure)
+            fluid.sweep(acceleration, &mut self.solids(method), asked)
         });
         self.swept_count = fluid.cover_count();
         flow

@@ -1,8 +1,8 @@
 //! Sweeps over a block, compiled once per precision and instruction set, chosen at run time.
 
 use super::bodies::BlockSolids;
-use super::flow_row::visit_rows;
-use super::kernel::{Measured, Operator, RelaxationFactors, Row, Slots, sweep_row};
+use super::flow_row::{RowReader, visit_rows};
+use super::kernel::{Bare, Measured, Operator, RelaxationFactors, Row, Slots, sweep_row};
 use super::layout::{AaPhase, Layout};
 use super::measure::measure_block;
 use super::population::{F16, Population, PopulationLanes};
@@ -50,14 +50,17 @@ pub struct Sweep<'a, 'b, S: Population, M> {
     pub(super) solids: &'a mut BlockSolids<'b, M>,
     /// Gets measurements before the collisions.
     pub(super) flow: Option<&'a mut Flow>,
+    /// Gets the rows before the collisions, but those wholly in walls.
+    pub(super) rows: Option<&'a mut dyn FnMut(&FlowRow)>,
 }
 
-/// [`BlockSolids::fill`], [`BlockSolids::collect`] and [`Walls::bounce_row`], compiled for an instruction set and apart from the
+/// [`BlockSolids::fill`], [`BlockSolids::collect`], [`Walls::bounce_row`] and [`RowReader::read`], compiled for an instruction set and apart from the
 /// sweep, so that they do not compete for registers.
 type RowFunctions<'a, S, T, M> = (
     unsafe fn(&BlockSolids<'a, M>, usize, usize, &mut SolidRow<T>),
     unsafe fn(&mut BlockSolids<'a, M>, &SolidRow<T>),
     unsafe fn(&Walls<S>, AaPhase, &mut [S], [usize; 2]),
+    unsafe fn(&mut RowReader, &Fluid<S>, [usize; 2], M, bool, &mut dyn FnMut(&FlowRow)),
 );
 
 /// Sweeps a part of the rows of a block; meanwhile messages move on.
@@ -75,9 +78,11 @@ unsafe fn sweep_block<
     const WALLS: bool,
 >(
     sweep: Sweep<'_, 'b, S, M>,
-    (fill, collect, bounce): RowFunctions<'b, S, S::Number, M>,
+    (fill, collect, bounce, read): RowFunctions<'b, S, S::Number, M>,
 ) {
-    let Sweep { fluid, first, acceleration, solids, mut flow } = sweep;
+    let Sweep { fluid, first, acceleration, solids, mut flow, rows } = sweep;
+    let mut rows = rows.map(|visit| (RowReader::new(fluid, 0..fluid.layout.size[0], acceleration), visit));
+    fluid.measured.bare = rows.is_some().then(|| Bare::new(fluid.layout.chunks_per_row()));
     let [nx, ny, nz] = fluid.layout.size;
     let (layout, order, lo) = (fluid.layout.clone(), fluid.order, fluid.block.lo);
     let base = fluid.populations.root();
@@ -119,7 +124,7 @@ unsafe fn sweep_block<
             // SAFETY: every slot of a row of whole chunks is inside the buffer and belongs to one cell only (tested in
             // `layout`), so the ranges can be written and do not overlap.
             unsafe {
-                if flow.is_some() {
+                if flow.is_some() || rows.is_some() {
                     sweep_row::<S, R, M, O, true>(&slots, &row, model, dead, solid, measured);
                 } else {
                     sweep_row::<S, R, M, O, false>(&slots, &row, model, dead, solid, measured);
@@ -136,10 +141,14 @@ unsafe fn sweep_block<
                 observe_row(measured, nx, [lo[0], lo[1] + y, lo[2] + z], flow);
                 flow.solid += i128::from(solid.fraction_total());
             }
+            if let Some((reader, visit)) = &mut rows {
+                // SAFETY: promised by the caller.
+                unsafe { read(reader, fluid, [y, z], model, covered, *visit) };
+            }
             if covered {
                 // SAFETY: promised by the caller.
-                unsafe { collect(solids, solid) };
-                solid.clear();
+                unsafe { collect(solids, &fluid.solid_row) };
+                fluid.solid_row.clear();
             }
             let (populations, entered) = (&mut fluid.populations, fluid.phase.next());
             if WALLS {
@@ -268,7 +277,7 @@ impl WrapX {
 }
 
 macro_rules! compiled_for {
-    ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident, $bounce:ident] $(, $feature:literal)?) => {
+    ($s:ty, $t:ty, $lanes:ty, $registers:ty, [$sweep:ident, $fill:ident, $collect:ident, $bounce:ident, $read:ident] $(, $feature:literal)?) => {
         $(#[target_feature(enable = $feature)])?
         #[inline(never)]
         fn $fill<M: SolidModel>(solids: &BlockSolids<M>, row: usize, nx: usize, data: &mut SolidRow<$t>) {
@@ -286,9 +295,24 @@ macro_rules! compiled_for {
             walls.bounce_row(entered, populations, row, false);
         }
         $(#[target_feature(enable = $feature)])?
+        #[inline(never)]
+        fn $read<M: SolidModel>(
+            reader: &mut RowReader,
+            fluid: &Fluid<$s>,
+            row: [usize; 2],
+            model: M,
+            covered: bool,
+            visit: &mut dyn FnMut(&FlowRow),
+        ) {
+            let solids = (covered.then_some(&fluid.solid_row), model);
+            let bare = fluid.measured.bare.as_ref().expect("kept by the sweep of the row");
+            // SAFETY: `$registers` need the same instructions as this function.
+            visit(unsafe { reader.read::<$s, $registers, M>(fluid, row, bare, solids) });
+        }
+        $(#[target_feature(enable = $feature)])?
         fn $sweep<M: SolidModel, O: Operator, const WALLS: bool>(sweep: Sweep<$s, M>) {
-            // SAFETY: `$lanes` and the three functions need the same instructions as this one.
-            unsafe { sweep_block::<$s, $lanes, M, O, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce)) };
+            // SAFETY: `$lanes` and the four functions need the same instructions as this one.
+            unsafe { sweep_block::<$s, $lanes, M, O, WALLS>(sweep, ($fill::<M>, $collect::<M>, $bounce, $read::<M>)) };
         }
     };
     ($s:ty, $lanes:ty, $registers:ty, measure $measure:ident $(, $feature:literal)?) => {
@@ -384,7 +408,7 @@ macro_rules! population {
             }
 
             fn sweep<M: SolidModel, O: Operator, const WALLS: bool>(sweep: Sweep<Self, M>) {
-                compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar, bounce_scalar]);
+                compiled_for!($s, $t, $t, Single, [scalar, fill_scalar, collect_scalar, bounce_scalar, read_scalar]);
                 #[cfg(target_arch = "x86_64")]
                 {
                     use super::simd::{Narrow, Wide, $avx2, $avx512, $sse2};
@@ -393,7 +417,7 @@ macro_rules! population {
                         $t,
                         $sse2,
                         Narrow,
-                        [sse2, fill_sse2, collect_sse2, bounce_sse2],
+                        [sse2, fill_sse2, collect_sse2, bounce_sse2, read_sse2],
                         "fma,f16c"
                     );
                     compiled_for!(
@@ -401,7 +425,7 @@ macro_rules! population {
                         $t,
                         $avx2,
                         Wide,
-                        [avx2, fill_avx2, collect_avx2, bounce_avx2],
+                        [avx2, fill_avx2, collect_avx2, bounce_avx2, read_avx2],
                         "avx2,fma,f16c"
                     );
                     compiled_for!(
@@ -409,7 +433,7 @@ macro_rules! population {
                         $t,
                         $avx512,
                         Wide,
-                        [avx512, fill_avx512, collect_avx512, bounce_avx512],
+                        [avx512, fill_avx512, collect_avx512, bounce_avx512, read_avx512],
                         "avx512f"
                     );
                     call!(

@@ -1,8 +1,7 @@
 //! The flow row by row, as fields show it, and exact sums over its cells that are the same bits on any ranks and instruction set.
 
 use super::bodies::BlockSolids;
-use super::dispatch::row_of;
-use super::kernel::{AHEAD, LINE, moments, put};
+use super::kernel::{AHEAD, Bare, LINE, moments, put};
 use super::observe::CellState;
 use super::population::{Population, PopulationLanes};
 use super::simd::{Choose, Lanes, Registers, Tally, Vectorised, prefetch, vectorise};
@@ -85,7 +84,7 @@ impl FlowRow {
     unsafe fn put_state<T: Real, V: Registers, M: SolidModel>(
         &mut self,
         x: usize,
-        (u, deviation): (&[Vec<T>; 3], &[T]),
+        Bare { u, deviation }: &Bare<T>,
         (solids, model): (Option<&SolidRow<T>>, M),
         (t, half): (f64, [f64; 3]),
     ) {
@@ -168,7 +167,10 @@ fn without_magic(total: i64, count: i64) -> i64 {
     total.wrapping_sub(count.wrapping_mul(FIXED_MAGIC.to_bits() as i64))
 }
 
-/// The sums of several rows, up to 2^20, for each cell along them.
+/// Rows whose [`SumsAlongRows`] are right.
+const MOST_ROWS: i64 = 1 << 20;
+
+/// The sums of several rows, for each cell along them.
 #[derive(Debug, Default)]
 pub struct SumsAlongRows {
     tallies: [Vec<f64>; FLOW_SUMS],
@@ -176,13 +178,14 @@ pub struct SumsAlongRows {
 }
 
 impl SumsAlongRows {
-    /// Adds a row, as long as the others.
-    pub fn add(&mut self, row: &FlowRow) {
+    /// Adds a row, as long as the others; returns true if no more can be added before they are [taken](Self::take).
+    pub fn add(&mut self, row: &FlowRow) -> bool {
         for tallies in &mut self.tallies {
             tallies.resize(row.solid.len(), 0.0);
         }
         self.rows += 1;
         vectorise(row.simd, AlongRow { row, tallies: &mut self.tallies });
+        self.rows == MOST_ROWS
     }
 
     /// The sums of each cell along the rows, which start at zero again.
@@ -216,6 +219,59 @@ impl Vectorised for AlongRow<'_> {
     }
 }
 
+/// Finds the flow in the rows of a block before they collide.
+pub(super) struct RowReader {
+    flow: FlowRow,
+    /// Relaxation time less 1/2, and half the acceleration.
+    half: (f64, [f64; 3]),
+}
+
+impl RowReader {
+    /// Of these cells of the rows under the acceleration of the coming sweep.
+    pub(super) fn new<S: Population>(fluid: &Fluid<S>, cells: Range<usize>, acceleration: [f64; 3]) -> Self {
+        let flow = FlowRow::new(fluid.layout.chunks_per_row(), cells, fluid.params.simd);
+        Self { flow, half: (fluid.relaxation_times[0] - 0.5, acceleration.map(|a| 0.5 * a)) }
+    }
+
+    /// The cells of whole chunks in which those of the rows are.
+    fn whole(&self) -> Range<usize> {
+        self.flow.cells.start / CHUNK * CHUNK..self.flow.cells.end.next_multiple_of(CHUNK)
+    }
+
+    /// The flow in the row at `y, z` of the block from what its populations are and its solids, if it has some.
+    ///
+    /// # Safety
+    /// The function that this is inlined into is compiled for the instructions of `V`, and the processor has them.
+    #[inline(always)]
+    pub(super) unsafe fn read<S: Population, V: Registers, M: SolidModel>(
+        &mut self,
+        fluid: &Fluid<S>,
+        [y, z]: [usize; 2],
+        bare: &Bare<S::Number>,
+        solids: (Option<&SolidRow<S::Number>>, M),
+    ) -> &FlowRow {
+        let (lo, whole) = (fluid.block.lo, self.whole());
+        let Self { flow, half } = self;
+        let xs = flow.cells.clone();
+        flow.corner = [lo[0], lo[1] + y, lo[2] + z];
+        for x in whole.clone().step_by(V::D::WIDTH) {
+            // SAFETY: registers divide chunks, of which the arrays have whole ones, those of solids one more.
+            unsafe { flow.put_state::<S::Number, V, M>(x, bare, solids, *half) };
+        }
+        flow.close(whole.start..xs.start);
+        flow.close(xs.end..whole.end);
+        fluid.walls.each_of_row([y, z], |x, motion| {
+            if xs.contains(&x) {
+                let centre = [x, y, z].map(|k| k as f64 + 0.5);
+                let velocity = motion.at(std::array::from_fn(|a| lo[a] as f64 + centre[a]));
+                (flow.solid[x], flow.deviation[x]) = (1.0, 0.0);
+                (0..3).for_each(|a| flow.velocity[a][x] = velocity[a]);
+            }
+        });
+        flow
+    }
+}
+
 /// [`Fluid::each_row`].
 ///
 /// # Safety
@@ -230,20 +286,16 @@ pub(super) unsafe fn visit_rows<S: Population, R: PopulationLanes<S>, V: Registe
 ) {
     let (layout, lo) = (&fluid.layout, fluid.block.lo);
     let [xs, ys, zs]: [Range<usize>; 3] = std::array::from_fn(|a| cells.lo[a] - lo[a]..cells.hi[a] - lo[a]);
-    let (row, model, t) = (row_of(fluid, acceleration), solids.model, fluid.relaxation_times[0] - 0.5);
-    let mut solid = SolidRow::<S::Number>::new(row.chunks);
-    let zeros = || vec![S::Number::ZERO; row.chunks * CHUNK];
-    let (mut u, mut deviation): ([_; 3], _) = (std::array::from_fn(|_| zeros()), zeros());
-    let mut flow = FlowRow::new(row.chunks, xs.clone(), fluid.params.simd);
-    let whole = xs.start / CHUNK * CHUNK..xs.end.next_multiple_of(CHUNK);
-    let half = acceleration.map(|a| 0.5 * a);
+    let mut reader = RowReader::new(fluid, xs, acceleration);
+    let (whole, mut bare) = (reader.whole(), Bare::new(layout.chunks_per_row()));
+    let mut solid = SolidRow::<S::Number>::new(layout.chunks_per_row());
     for (z, y) in zs.flat_map(|z| ys.clone().map(move |y| (z, y))) {
         let covered = solids.reach(y + layout.size[1] * z);
         if covered {
             solids.fill::<S::Number, V>(y + layout.size[1] * z, layout.size[0], &mut solid);
         }
         let indices = layout.slots(fluid.phase, layout.cell(0, y as isize, z as isize));
-        let slots = indices.map(|index| fluid.populations[index..][..row.chunks * CHUNK].as_ptr());
+        let slots = indices.map(|index| fluid.populations[index..][..bare.deviation.len()].as_ptr());
         for x in whole.clone().step_by(R::WIDTH) {
             if x.is_multiple_of(LINE / size_of::<S>()) {
                 for slot in slots {
@@ -255,38 +307,14 @@ pub(super) unsafe fn visit_rows<S: Population, R: PopulationLanes<S>, V: Registe
                 // SAFETY: registers divide chunks, and the slices above are of whole ones, as the arrays.
                 *g = unsafe { R::load_scaled(slot.add(x)) };
             }
-            let cells = moments::<S, R>(&g);
             // SAFETY: as above.
-            unsafe {
-                put(&mut deviation, x, cells.deviation);
-                (0..3).for_each(|a| put(&mut u[a], x, cells.u[a]));
-            }
+            unsafe { bare.put::<R>(x, &moments::<S, R>(&g)) };
         }
-        flow.corner = [lo[0], lo[1] + y, lo[2] + z];
-        for x in whole.clone().step_by(V::D::WIDTH) {
-            // SAFETY: as above; the arrays of solids hold a chunk more.
-            unsafe {
-                flow.put_state::<S::Number, V, M>(
-                    x,
-                    (&u, &deviation),
-                    (covered.then_some(&solid), model),
-                    (t, half),
-                );
-            }
-        }
-        flow.close(whole.start..xs.start);
-        flow.close(xs.end..whole.end);
+        let of_row = (covered.then_some(&solid), solids.model);
+        // SAFETY: promised by the caller.
+        visit(unsafe { reader.read::<S, V, M>(fluid, [y, z], &bare, of_row) });
         if covered {
             solid.clear();
         }
-        fluid.walls.each_of_row([y, z], |x, motion| {
-            if xs.contains(&x) {
-                let centre = [x, y, z].map(|k| k as f64 + 0.5);
-                let velocity = motion.at(std::array::from_fn(|a| lo[a] as f64 + centre[a]));
-                (flow.solid[x], flow.deviation[x]) = (1.0, 0.0);
-                (0..3).for_each(|a| flow.velocity[a][x] = velocity[a]);
-            }
-        });
-        visit(&flow);
     }
 }

@@ -321,6 +321,32 @@ pub struct Row<T> {
 /// Momentum of solids and fluid along a row, written by a measuring sweep; at least `chunks * CHUNK` numbers each.
 pub(crate) struct Measured<T> {
     pub(crate) momentum: [Vec<T>; 3],
+    /// Of the fluid alone, in a sweep that is asked for rows.
+    pub(crate) bare: Option<Bare<T>>,
+}
+
+/// Velocity and density deviation of the populations along a row; as long.
+pub(crate) struct Bare<T> {
+    pub(crate) u: [Vec<T>; 3],
+    pub(crate) deviation: Vec<T>,
+}
+
+impl<T: Real> Bare<T> {
+    pub(crate) fn new(chunks: usize) -> Self {
+        let zeros = || vec![T::ZERO; chunks * CHUNK];
+        Self { u: std::array::from_fn(|_| zeros()), deviation: zeros() }
+    }
+
+    /// # Safety
+    /// Called where the instructions of `R` may be used; the row has whole registers from `x` on.
+    #[inline(always)]
+    pub(crate) unsafe fn put<R: Lanes<T>>(&mut self, x: usize, cells: &Moments<R>) {
+        // SAFETY: promised by the caller.
+        unsafe {
+            put(&mut self.deviation, x, cells.deviation);
+            (0..3).for_each(|a| put(&mut self.u[a], x, cells.u[a]));
+        }
+    }
 }
 
 impl<T: Real> Measured<T> {
@@ -405,6 +431,10 @@ pub(crate) unsafe fn sweep_row<
                 for axis in 0..3 {
                     // SAFETY: the array has at least `chunks * CHUNK` numbers.
                     unsafe { put(&mut measured.momentum[axis], x, mean[axis]) };
+                }
+                if let Some(bare) = &mut measured.bare {
+                    // SAFETY: as above.
+                    unsafe { bare.put::<R>(x, &cells) };
                 }
             }
         }

@@ -39,7 +39,7 @@ pub(super) unsafe fn measure_block<S: Population, R: PopulationLanes<S>, V: Regi
     let (row, model) = (row_of(fluid, acceleration), solids.model);
     let mut solid = SolidRow::new(row.chunks);
     let zeros = || vec![S::Number::ZERO; row.chunks * CHUNK];
-    let mut measured = Measured { momentum: std::array::from_fn(|_| zeros()) };
+    let mut measured = Measured { momentum: std::array::from_fn(|_| zeros()), bare: None };
     let mut reflected = std::array::from_fn(|_| zeros());
     let (mut flow, mut stresslets) = (Flow::default(), vec![[0; 6]; solids.bodies.len()]);
     for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {

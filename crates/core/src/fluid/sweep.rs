@@ -4,12 +4,14 @@ use super::device::DeviceSweep;
 use super::device::options;
 use super::kernel::{OneTime, Operator, TwoTimes};
 use super::{
-    BlockSolids, Collision, CoverCount, Flow, Fluid, Population, SolidModel, Sweep, WallMotion, dispatch,
+    BlockSolids, Collision, CoverCount, Flow, FlowRow, Fluid, Population, SolidModel, Sweep, WallMotion,
+    dispatch,
 };
 use crate::comm::Comm;
 use crate::device::{Device, KernelCost};
 use crate::error::{Error, Result};
 use crate::lattice::{C, Q};
+use std::fmt;
 
 /// Sweeper of a block.
 pub(super) enum SweepDevice<S> {
@@ -17,6 +19,27 @@ pub(super) enum SweepDevice<S> {
     Host,
     /// A device, by `device/kernels.cl`.
     Device(Box<DeviceSweep<S>>),
+}
+
+/// Measurements of the cells before it that a sweep is asked for.
+#[derive(Default)]
+pub struct Asked<'a> {
+    /// Their [`Flow`].
+    pub flow: bool,
+    /// Gets each row of cells, but those wholly in walls, in any order; not from a device.
+    pub rows: Option<&'a mut dyn FnMut(&FlowRow)>,
+}
+
+impl From<bool> for Asked<'_> {
+    fn from(flow: bool) -> Self {
+        Self { flow, rows: None }
+    }
+}
+
+impl fmt::Debug for Asked<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.debug_struct("Asked").field("flow", &self.flow).field("rows", &self.rows.is_some()).finish()
+    }
 }
 
 impl<S: Population> Fluid<S> {
@@ -74,32 +97,35 @@ impl<S: Population> Fluid<S> {
     /// Collides and streams all cells of the block under a uniform acceleration of the fluid, in place.
     ///
     /// The bodies of `solids` get the momentum that their cells exchange. On return, populations are being sent to the
-    /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). With `measure`, also returns
-    /// measurements of the cells before the sweep. Collective.
+    /// neighbouring blocks, and the ghosts are stale until [`exchange`](Self::exchange). Also returns the measurements of the cells
+    /// before the sweep that are asked for. Collective.
     ///
     /// # Panics
-    /// If the method has no [`Collision::RecursiveRegularised`] and the fluid has.
-    pub fn sweep<M: SolidModel>(
+    /// If the method has no [`Collision::RecursiveRegularised`] and the fluid has, or if a device is asked for rows.
+    pub fn sweep<'a, M: SolidModel>(
         &mut self,
         acceleration: [f64; 3],
         solids: &mut BlockSolids<M>,
-        measure: bool,
+        asked: impl Into<Asked<'a>>,
     ) -> Option<Flow> {
         self.assert_collides::<M>();
-        let (mut flow, entered) = (measure.then(Flow::default), self.phase.next());
+        let mut asked = asked.into();
+        let (mut flow, entered) = (asked.flow.then(Flow::default), self.phase.next());
         self.solid_row.count = CoverCount::default();
         let row = dispatch::parameters_of(self, acceleration);
         match &mut self.device {
             SweepDevice::Device(device) => {
+                assert!(asked.rows.is_none(), "rows of a sweep on a processor");
                 let images = solids.images.expect("the images of bodies for a device");
-                flow = device.sweep(&mut self.populations, self.phase, row, images, solids.bodies, measure);
+                flow =
+                    device.sweep(&mut self.populations, self.phase, row, images, solids.bodies, asked.flow);
             }
             SweepDevice::Host => {
                 if self.order.has_first() {
-                    self.sweep_part(true, acceleration, solids, flow.as_mut());
+                    self.sweep_part(true, acceleration, solids, flow.as_mut(), &mut asked);
                     self.halo.early.start(&self.populations, entered);
                 }
-                self.sweep_part(false, acceleration, solids, flow.as_mut());
+                self.sweep_part(false, acceleration, solids, flow.as_mut(), &mut asked);
                 self.halo.late.start(&self.populations, entered);
             }
         }
@@ -127,11 +153,13 @@ impl<S: Population> Fluid<S> {
         acceleration: [f64; 3],
         solids: &mut BlockSolids<M>,
         flow: Option<&mut Flow>,
+        asked: &mut Asked,
     ) {
         // Compiled apart, so that boxes without walls and cells with one relaxation time pay for neither; for the regularised collision
         // once, which takes longer than to ask for walls.
         let (collision, walls) = (self.params.collision, !self.walls.is_empty());
-        let sweep = Sweep { fluid: self, first, acceleration, solids, flow };
+        let rows = asked.rows.as_mut().map(|visit| &mut **visit as &mut dyn FnMut(&FlowRow));
+        let sweep = Sweep { fluid: self, first, acceleration, solids, flow, rows };
         match (collision, walls) {
             (Collision::RecursiveRegularised { .. }, _) => S::sweep::<M, M::Regularised, true>(sweep),
             (Collision::Bgk, true) if !M::PAIRS => S::sweep::<M, OneTime, true>(sweep),

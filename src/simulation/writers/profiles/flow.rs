@@ -3,10 +3,10 @@
 use super::Profiles;
 use crate::case::{Profile, Setup};
 use crate::domain::Block;
-use crate::fluid::{CellState, FLOW_SUMS, FlowRow, SumsAlongRows};
+use crate::fluid::{CellState, FLOW_SUMS, FlowRow, FlowSums, SumsAlongRows};
 use crate::math::Vec3;
 use crate::simulation::observe::Sums;
-use crate::simulation::writers::RankState;
+use std::ops::Range;
 
 /// Number of sums of the flow of all profiles.
 pub(super) fn sums(setup: &Setup) -> usize {
@@ -22,7 +22,15 @@ fn groups(setup: &Setup) -> impl Iterator<Item = usize> {
     })
 }
 
+/// Adds to the sums from index `first` on.
+fn add(sums: &mut [i128], first: usize, of: &FlowSums) {
+    for (sum, value) in sums[first..].iter_mut().zip(of) {
+        *sum += i128::from(*value);
+    }
+}
+
 /// The rings in which the cells of a block lie, the same for all along their axis.
+#[derive(Debug)]
 struct CellRings {
     /// Axes of the plane across the one of the rings, and the cells of the block along them.
     plane: [usize; 2],
@@ -50,7 +58,7 @@ impl CellRings {
     }
 
     /// Adds a row of cells.
-    fn add(&self, row: &FlowRow, sums: &mut Sums) {
+    fn add(&self, row: &FlowRow, sums: &mut [i128]) {
         let [i, j] = self.plane;
         let axis = 3 - i - j;
         for (cell, state) in row.each().filter(|(_, state)| state.solid_fraction < 1.0) {
@@ -58,16 +66,61 @@ impl CellRings {
             let Some((first, [out_i, out_j])) = self.cells[at] else { continue };
             let v = state.velocity;
             let velocity = [out_i * v[i] + out_j * v[j], out_i * v[j] - out_j * v[i], v[axis]];
-            sums.add_integers(first, &FlowRow::of_cell(&CellState { velocity, ..state }));
+            add(sums, first, &FlowRow::of_cell(&CellState { velocity, ..state }));
         }
     }
 }
 
+/// Sums of the flow of all profiles over the rows of a block.
+#[derive(Debug)]
+pub struct FlowOfRows {
+    /// First sum of the layers of each profile along an axis.
+    layers: [Vec<usize>; 3],
+    rings: Vec<CellRings>,
+    along: SumsAlongRows,
+    cells: Range<usize>,
+    sums: Vec<i128>,
+}
+
+impl FlowOfRows {
+    /// Adds a row of the block.
+    pub(in crate::simulation) fn add(&mut self, row: &FlowRow) {
+        let [_, y, z] = row.corner();
+        if !self.layers[0].is_empty() && self.along.add(row) {
+            self.take_along();
+        }
+        let [_, y_layers, z_layers] = &self.layers;
+        if !(y_layers.is_empty() && z_layers.is_empty()) {
+            let of_row = row.sums();
+            for (firsts, layer) in [(y_layers, y), (z_layers, z)] {
+                for first in firsts {
+                    add(&mut self.sums, first + layer * FLOW_SUMS, &of_row);
+                }
+            }
+        }
+        for rings in &self.rings {
+            rings.add(row, &mut self.sums);
+        }
+    }
+
+    fn take_along(&mut self) {
+        for (cell, of_cell) in self.cells.clone().zip(self.along.take()) {
+            for first in &self.layers[0] {
+                add(&mut self.sums, first + cell * FLOW_SUMS, &of_cell);
+            }
+        }
+    }
+
+    /// Adds what the rows were to the sums of the writer.
+    pub(in crate::simulation) fn add_to(&mut self, sums: &mut Sums) {
+        self.take_along();
+        sums.add_integers(0, &self.sums);
+    }
+}
+
 impl Profiles<'_> {
-    /// Adds the flow in the cells of this rank.
-    pub(super) fn add_flow(&self, rank: &mut RankState, sums: &mut Sums) {
-        let block = rank.simulation().block();
-        // First sum of the layers of each profile along an axis.
+    /// Sums over no rows yet of a block.
+    pub(super) fn flow_of_rows(&self, block: Block) -> FlowOfRows {
         let (mut layers, mut rings, mut first) = ([const { Vec::new() }; 3], Vec::new(), 0);
         for (profile, groups) in self.setup.plan.output.profiles.iter().zip(groups(self.setup)) {
             match profile.rings {
@@ -76,32 +129,8 @@ impl Profiles<'_> {
             }
             first += groups * FLOW_SUMS;
         }
-        let [along, y_layers, z_layers] = layers;
-        let mut of_plane = SumsAlongRows::default();
-        rank.each_row(|row| {
-            let [x, y, z] = row.corner();
-            if !along.is_empty() {
-                of_plane.add(row);
-            }
-            if !along.is_empty() && y + 1 == block.hi[1] {
-                for (cell, of_cell) in (x..block.hi[0]).zip(of_plane.take()) {
-                    for first in &along {
-                        sums.add_integers(first + cell * FLOW_SUMS, &of_cell);
-                    }
-                }
-            }
-            if !(y_layers.is_empty() && z_layers.is_empty()) {
-                let of_row = row.sums();
-                for (firsts, layer) in [(&y_layers, y), (&z_layers, z)] {
-                    for first in firsts {
-                        sums.add_integers(first + layer * FLOW_SUMS, &of_row);
-                    }
-                }
-            }
-            for rings in &rings {
-                rings.add(row, sums);
-            }
-        });
+        let (cells, sums) = (block.lo[0]..block.hi[0], vec![0; first]);
+        FlowOfRows { layers, rings, along: SumsAlongRows::default(), cells, sums }
     }
 
     /// Sums of the flow in each bin of profile number `number`, from those of all.
