@@ -36,7 +36,6 @@ use crate::case::Setup;
 use crate::dem::{ContactState, Load};
 use crate::domain::{Block, Decomposition};
 use crate::error::Result;
-use crate::fluid::FlowRow;
 use crate::output::picture::Plane;
 use crate::output::{Fields, Numbered, OutputFiles, SeriesRow, Summary, pieces};
 use crate::particle::Particle;
@@ -213,17 +212,12 @@ impl<'a> RankState<'a> {
     /// with the particles where they are now; not at all without a fluid.
     pub fn each_cell(&mut self, mut visit: impl FnMut([usize; 3], [f64; 3], f64, f64)) {
         let units = self.simulation.units;
-        self.each_row(|row| {
+        each_row(self.simulation, self.simulation.block, |row| {
             for (cell, state) in row.each() {
                 let velocity = state.velocity.map(|u| u * units.velocity());
                 visit(cell, velocity, state.density_deviation * units.pressure(), state.solid_fraction);
             }
         });
-    }
-
-    /// Calls `visit` with each row of cells of the block of this rank, likewise, in lattice units.
-    pub(in crate::simulation) fn each_row(&mut self, visit: impl FnMut(&FlowRow)) {
-        each_row(self.simulation, self.simulation.block, visit);
     }
 }
 

@@ -27,13 +27,16 @@ fn coefficients(setup: &Setup, run: &Simulation, velocity: f64) -> [f64; 2] {
     [force.x / unit, force.y / unit]
 }
 
-/// Times at which a course of times and values rises through the mean of its values.
-pub(super) fn rises(course: impl Iterator<Item = [f64; 2]>) -> Vec<f64> {
+/// Frequency of a course of times and values, and the times at which it first and last rises through the mean of its values, if it does so more
+/// than once.
+pub(super) fn frequency(course: impl Iterator<Item = [f64; 2]>) -> Option<(f64, [f64; 2])> {
     let course: Vec<[f64; 2]> = course.collect();
     let mean = course.iter().map(|row| row[1]).sum::<f64>() / course.len() as f64;
     let through = course.windows(2).filter(|pair| pair[0][1] < mean && pair[1][1] >= mean);
     let time = |[t, low]: [f64; 2], [end, high]: [f64; 2]| t + (end - t) * (mean - low) / (high - low);
-    through.map(|pair| time(pair[0], pair[1])).collect()
+    let rises: Vec<f64> = through.map(|pair| time(pair[0], pair[1])).collect();
+    let [first, .., last] = rises[..] else { return None };
+    Some(((rises.len() - 1) as f64 / (last - first), [first, last]))
 }
 
 fn steady(context: &SuiteContext, found: &mut Findings) -> Result<()> {
@@ -70,14 +73,10 @@ fn shedding(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         let [drag, lift] = coefficients(&setup, &run, 1.0);
         course.push([run.steps_done() as f64 * setup.time_step, drag, lift]);
     }
-    let rises = rises(course.iter().map(|row| [row[0], row[2]]));
-    let [first, .., last] = rises[..] else {
-        return Err(unsteady(
-            "no vortices leave the cylinder; its last lift is",
-            course[course.len() - 1][2],
-        ));
+    let Some((frequency, _)) = frequency(course.iter().map(|row| [row[0], row[2]])) else {
+        let last = course[course.len() - 1][2];
+        return Err(unsteady("no vortices leave the cylinder; its last lift is", last));
     };
-    let frequency = (rises.len() - 1) as f64 / (last - first);
     let drag = course.iter().map(|row| row[1]).fold(0.0, f64::max);
     let lift = course.iter().map(|row| row[2]).fold(0.0, f64::max);
     let table = Table::new(REFERENCE);
@@ -91,4 +90,20 @@ fn shedding(context: &SuiteContext, found: &mut Findings) -> Result<()> {
     let curves = [measured("drag", points(1)), measured("lift", points(2))];
     found.plot("course", "Drag and lift at a Reynolds number of 100", axes, curves);
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::frequency;
+
+    #[test]
+    fn the_frequency_of_a_swinging_course_is_found_from_whole_periods() {
+        let course = |swing: f64| {
+            (0..400).map(move |n| 0.01 * f64::from(n)).map(move |t| [t, 0.3 + swing * (9.0 * t).sin()])
+        };
+        let (found, [first, last]) = frequency(course(0.1)).unwrap();
+        assert!((found * std::f64::consts::TAU / 9.0 - 1.0).abs() < 1e-3, "{found}");
+        assert!(((last - first) * found - 5.0).abs() < 1e-9, "{first} {last}");
+        assert_eq!(frequency(course(0.0)), None);
+    }
 }

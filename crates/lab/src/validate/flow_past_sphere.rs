@@ -1,6 +1,6 @@
 //! Flow past a fixed sphere: `validation/flow_past_sphere`.
 
-use super::cylinder::rises;
+use super::cylinder::frequency;
 use super::mesh_walls::spheres;
 use super::prelude::*;
 use super::vessels::add_mesh;
@@ -79,11 +79,9 @@ fn shedding(context: &SuiteContext, found: &mut Findings) -> Result<()> {
         Ok(false)
     })?;
     let late = &course[course.len() / 2..];
-    let rises = rises(late.iter().map(|row| [row[0], row[2]]));
-    let [first, .., last] = rises[..] else {
+    let Some((frequency, [first, last])) = frequency(late.iter().map(|row| [row[0], row[2]])) else {
         return Err(unsteady("no vortices leave the sphere; its last lift is", late[late.len() - 1][2]));
     };
-    let frequency = (rises.len() - 1) as f64 / (last - first);
     let periods = late.iter().filter(|row| (first..last).contains(&row[0]));
     let mean =
         |column: usize| periods.clone().map(|row| row[column]).sum::<f64>() / periods.clone().count() as f64;
